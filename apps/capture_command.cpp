@@ -130,7 +130,7 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
                             ->add_option("--script", arguments->script,
                                          "warps to bend the objects by: the truth for evaluate --script")
                             ->excludes(model);
-  command->add_option("--frame", arguments->frame, "of the script")
+  command->add_option("--frame", arguments->frame, "frame of the script")
       ->capture_default_str()
       ->check(frameNumber())
       ->needs(script);

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <set>
 
 namespace surflect {
 
@@ -65,9 +66,11 @@ std::string optionsAgain(const CLI::App& command, const std::vector<std::string>
 }
 
 Json runChart(const Arguments& arguments, const Progress& progress) {
-  std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
-  for (auto model = models.begin(); model != models.end(); ++model)
-    if (std::find(models.begin(), model, *model) != model) throw Error("the model is given twice").in(*model);
+  const std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
+  std::set<std::filesystem::path> distinct;
+  for (const std::filesystem::path& model : models)
+    if (!distinct.insert(std::filesystem::weakly_canonical(model / "")).second)
+      throw Error("the model is given twice").in(model);
   requireCreatable(arguments.output);
   const capture::Capture capture = CaptureArgument{arguments.paths.back(), arguments.outside}.read();
   std::optional<chart::BentTruth> bent;
@@ -122,14 +125,17 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
       command->add_option("--script", arguments->script, "warps that the deformed object went through");
   bent->needs(script);
   script->needs(bent);
-  command->add_option("--frame", arguments->frame, "of the script")
+  command->add_option("--frame", arguments->frame, "frame of the script")
       ->capture_default_str()
-      ->check(frameNumber());
+      ->check(frameNumber())
+      ->needs(script);
   const auto atLeastOne = CLI::Range(size_t{1}, size_t{1000000});
   command->add_option("--frames", arguments->options.frames, "held-out photographs to compare with, at most")
       ->capture_default_str()
       ->check(atLeastOne);
-  command->add_option("--timed-frames", arguments->options.timedFrames, "of them to time, at most")
+  command
+      ->add_option("--timed-frames", arguments->options.timedFrames,
+                   "held-out photographs whose rendering is timed, at most")
       ->capture_default_str()
       ->check(atLeastOne);
   command->add_option("--rounds", arguments->options.rounds, "rounds of timing over all settings")

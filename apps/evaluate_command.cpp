@@ -136,10 +136,12 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));
-  command->add_option("--script", arguments->script, "warps that the photographed object went through");
-  command->add_option("--frame", arguments->frame, "of the script")
+  CLI::Option* script =
+      command->add_option("--script", arguments->script, "warps that the photographed object went through");
+  command->add_option("--frame", arguments->frame, "frame of the script")
       ->capture_default_str()
-      ->check(frameNumber());
+      ->check(frameNumber())
+      ->needs(script);
   addModelOptions(*command, arguments->options);
   addKnobOption(*command, arguments->setting);
   setWork(*command, work, "nothing was kept",

@@ -23,17 +23,17 @@ struct Agreement {
 struct Point {
   std::filesystem::path model;
   knobs::Setting setting;
-  std::string name;    // of a setting that has one: "preview"
-  std::string command; // that renders and scores this point alone
+  std::string name;    // "preview"; empty for a setting without a name
+  std::string command; // renders and scores this point alone
 
   Agreement rest;                // held-out frames of the object at rest
-  std::optional<Agreement> bent; // and deformed, if the chart has photographs of that
+  std::optional<Agreement> bent; // held-out frames of the deformed object, if there are any
   double rmsToFull = 0; // relative RMS of the pictures against the same model with every knob at full
 
   double milliseconds = 0;                // median of a frame
   std::map<std::string, double> stages;   // milliseconds by stage
   double bytesRead = 0;                   // per frame, from the model's files, with an empty cache
-  size_t modelBytes = 0, memoryBytes = 0; // of the model's files; of the process, at most
+  size_t modelBytes = 0, memoryBytes = 0; // size of the model's files; peak memory of the process
 
   bool isOnFront = false; // no other point is both faster and closer to the photographs at rest
   bool isChosen = false;  // shown with pictures
@@ -49,9 +49,9 @@ struct Panel {
 struct Chart {
   std::string title;                       // "vase.srf on examples/vase"
   std::string machine;                     // processor, threads and instruction set
-  std::string command;                     // that made the chart
-  size_t restFrames = 0, bentFrames = 0;   // that were rendered
-  size_t restHeldOut = 0, bentHeldOut = 0; // that the captures hold out
+  std::string command;                     // makes the chart again
+  size_t restFrames = 0, bentFrames = 0;   // frames that were rendered
+  size_t restHeldOut = 0, bentHeldOut = 0; // frames that the captures hold out
   std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
   std::vector<Point> points;
   std::vector<Panel> panels;

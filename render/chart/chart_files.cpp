@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 namespace surflect::chart {
@@ -24,7 +23,7 @@ std::string quoted(const std::string& text) {
   return fmt::format("\"{}\"", doubled);
 }
 
-std::string numberOf(double number) { return std::isfinite(number) ? fmt::format("{}", number) : "inf"; }
+std::string numberOf(double number) { return fmt::format("{}", number); }
 
 Json jsonOf(const Agreement& agreement) {
   return {{"psnr_linear_db", agreement.psnrLinearDb},

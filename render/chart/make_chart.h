@@ -32,10 +32,10 @@ struct ChartOptions {
   // onlyGiven the most accurate setting alone.
   std::vector<knobs::KnobValues> sweep = {};
   bool onlyGiven = false;   // whether `sweep` stands without the most accurate value of each knob
-  size_t frames = 12;       // held-out photographs at rest, and as many deformed, at most
-  size_t timedFrames = 4;   // of the frames at rest
-  size_t rounds = 5;        // of timing
-  size_t descentSteps = 20; // of the greedy descent, at most
+  size_t frames = 12;       // most held-out photographs at rest, and as many deformed
+  size_t timedFrames = 4;   // most frames at rest that are timed
+  size_t rounds = 5;        // rounds of timing
+  size_t descentSteps = 20; // most steps of the greedy descent
   std::string machine;      // Chart::machine
   std::string command;      // Chart::command
   // Command that makes a chart of one setting of a model.

@@ -1,5 +1,6 @@
 #include "render/chart/measurements.h"
 
+#include "srf/capture/shallow_json.h"
 #include "surfel/base/file.h"
 
 #include <fmt/format.h>
@@ -17,7 +18,7 @@ using Json = nlohmann::json;
 
 constexpr std::array kKinds = {"accuracy", "timing", "cost"};
 
-// Infinity, as the PSNR of equal pictures has, is written as null.
+// JSON has no infinity, which is the PSNR of equal pictures: null stands for it.
 double numberOf(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::infinity() : json.get<double>();
 }
@@ -30,13 +31,13 @@ Json jsonOf(const Agreement& agreement) {
 }
 
 Agreement agreementOf(const Json& json) {
-  return {numberOf(json.at("psnr_linear_db")), numberOf(json.at("psnr_srgb_db")),
-          json.at("ssim").get<double>(), json.at("flip").get<double>()};
+  return {numberOf(json.at("psnr_linear_db")), numberOf(json.at("psnr_srgb_db")), numberOf(json.at("ssim")),
+          numberOf(json.at("flip"))};
 }
 
 Accuracy accuracyOf(const Json& json) {
-  Accuracy accuracy{agreementOf(json.at("rest")), std::nullopt, json.at("rms_to_full").get<double>(),
-                    json.at("bytes_read").get<double>(), json.at("memory_bytes").get<size_t>()};
+  Accuracy accuracy{agreementOf(json.at("rest")), std::nullopt, numberOf(json.at("rms_to_full")),
+                    numberOf(json.at("bytes_read")), json.at("memory_bytes").get<size_t>()};
   if (json.contains("bent")) accuracy.bent = agreementOf(json.at("bent"));
   return accuracy;
 }
@@ -45,9 +46,7 @@ Timing timingOf(const Json& json) {
   return {json.at("milliseconds").get<double>(), json.at("stages").get<std::map<std::string, double>>()};
 }
 
-Cost costOf(const Json& json) {
-  return {json.at("milliseconds").get<double>(), json.at("error").get<double>()};
-}
+Cost costOf(const Json& json) { return {json.at("work").get<double>(), numberOf(json.at("error"))}; }
 
 // Nothing if there is no text, or if it is not what `read` expects.
 template <class Read> auto parsed(const std::string* text, Read read) {
@@ -63,11 +62,12 @@ template <class Read> auto parsed(const std::string* text, Read read) {
 
 Measurements::Measurements(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::exists(file_)) return;
+  constexpr int kDeepest = 4; // levels of nesting
   const std::string text = readFile(file_, kLargestText);
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
-    const Json line = Json::parse(text.begin() + static_cast<std::ptrdiff_t>(begin),
-                                  text.begin() + static_cast<std::ptrdiff_t>(end), nullptr, false);
+    const std::string_view whole = std::string_view(text).substr(begin, end - begin);
+    const Json line = Json::parse(capture::shallowPart(whole, kDeepest), nullptr, false);
     begin = end + 1;
     if (!line.is_object() || !line.contains("of") || !line["of"].is_string()) continue;
     for (const char* kind : kKinds)
@@ -111,7 +111,7 @@ void Measurements::keep(const std::string& key, const Timing& timing) {
   keep("timing", key, Json{{"milliseconds", timing.milliseconds}, {"stages", timing.stages}}.dump());
 }
 void Measurements::keep(const std::string& key, const Cost& cost) {
-  keep("cost", key, Json{{"milliseconds", cost.milliseconds}, {"error", cost.error}}.dump());
+  keep("cost", key, Json{{"work", cost.work}, {"error", cost.error}}.dump());
 }
 
 } // namespace surflect::chart

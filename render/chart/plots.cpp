@@ -188,7 +188,8 @@ std::string knobPlot(const View& view, const knobs::Knob& knob, const Alone& alo
                              *point, escaped(tooltip(view, *point)),
                              mark(model, places.back(), 4, fmt::format("mark best f{}", model % kHues)));
         if (view.models.size() == 1 && v > 0 && v + 1 == alone.values.size())
-          marks += text({places.back().x, places.back().y - 9}, "middle", rounded(figure, 2), "value");
+          marks += text({places.back().x, places.back().y - 9}, "middle",
+                        isTime ? rounded(figure, 2) : errorText(view.at(*point).rmsToFull), "value");
       }
       html += line(places, fmt::format("front s{}", model % kHues));
     }
@@ -207,12 +208,12 @@ std::string knobPlot(const View& view, const knobs::Knob& knob, const Alone& alo
 } // namespace
 
 std::string errorPlot(const View& view) {
-  // Errors that no one can see are drawn below the axis, together with 0, at a line of their own.
-  constexpr double visible = 1e-5, lowest = kBottom - 40, invisible = kBottom - 12;
+  // Errors that nobody sees are drawn below the axis, together with 0, at a line of their own.
+  constexpr double lowest = kBottom - 40, invisible = kBottom - 12;
   const Axis x = timeAxis(view);
   std::vector<double> errors;
   for (const Point& point : view.chart.points)
-    if (point.rmsToFull >= visible) errors.push_back(100 * point.rmsToFull);
+    if (point.rmsToFull >= kVisibleError) errors.push_back(100 * point.rmsToFull);
   const Axis y = axisAround(errors, true, lowest, kTop);
   std::vector<Spot> spots;
   std::vector<std::vector<Place>> fronts(view.models.size());
@@ -220,7 +221,7 @@ std::string errorPlot(const View& view) {
   for (const size_t i : view.byTime) {
     const Point& point = view.at(i);
     if (!hasTime(point) || !std::isfinite(point.rmsToFull) || point.rmsToFull < 0) continue;
-    const double error = point.rmsToFull >= visible ? point.rmsToFull : 0;
+    const double error = point.rmsToFull >= kVisibleError ? point.rmsToFull : 0;
     const Place place{x.position(point.milliseconds), error > 0 ? y.position(100 * error) : invisible};
     const size_t model = view.modelOf[i];
     const bool isOnFront = error < least[model];
@@ -238,7 +239,7 @@ std::string errorPlot(const View& view) {
   html += horizontalAxis(x, kTop, kBottom, "time per frame, ms");
   html += verticalAxis(y, kLeft, kRight, "error to full (relative RMS), %", 7);
   html += segment({kLeft, invisible}, {kRight, invisible}, "grid");
-  html += text({kLeft - 7, invisible + 4}, "end", "< 0.001", "tick");
+  html += text({kLeft - 7, invisible + 4}, "end", errorText(kVisibleError / 2), "tick");
   std::vector<Place> occupied;
   for (size_t model = 0; model < fronts.size(); ++model) {
     html += line(fronts[model], fmt::format("front s{}", model % kHues));

@@ -1,5 +1,6 @@
 #include "render/chart/report.h"
 
+#include "render/chart/front.h"
 #include "render/chart/plots.h"
 #include "render/chart/report_style.h"
 #include "render/chart/svg.h"
@@ -226,7 +227,7 @@ std::string boughtSentence(const View& view, size_t i) {
                               decibelText(point.rest.psnrSrgbDb));
   html += fmt::format(": {} ({}). Its pictures differ from those at full by {} (relative RMS).",
                       fasterText(full->milliseconds / point.milliseconds),
-                      millisecondsText(full->milliseconds), percentText(point.rmsToFull));
+                      millisecondsText(full->milliseconds), escaped(percentText(point.rmsToFull)));
   return html + fmt::format(" Against held-out photographs it reaches {} PSNR, {}.",
                             decibelText(point.rest.psnrSrgbDb),
                             againstFullText(point.rest.psnrSrgbDb, full->rest.psnrSrgbDb));
@@ -235,7 +236,7 @@ std::string boughtSentence(const View& view, size_t i) {
 // The chosen point that the page opens with: the preview, or the fastest.
 std::optional<size_t> leadingPoint(const View& view) {
   for (const size_t i : view.chosen)
-    if (view.at(i).name == "preview") return i;
+    if (view.at(i).name == kPreviewName) return i;
   return view.chosen.empty() ? std::nullopt : std::optional(view.chosen.back());
 }
 
@@ -250,7 +251,7 @@ std::string card(const View& view, size_t i) {
                   heading(view, i), millisecondsText(point.milliseconds));
   if (full && !view.isFull(i)) {
     html += entry("speed", fixedText(full->milliseconds / point.milliseconds, 2) + " × full");
-    html += entry("error to full", percentText(point.rmsToFull));
+    html += entry("error to full", escaped(percentText(point.rmsToFull)));
   }
   const auto agreement = [&](std::string_view pose, const Agreement& own, const Agreement* best) {
     html += entry(fmt::format("PSNR, {}", pose), decibelText(own.psnrSrgbDb));

@@ -27,6 +27,40 @@ template <class Values> uint64_t hashOf(const Values& values) {
   return contentHash(std::as_bytes(std::span(values)));
 }
 
+// Hash of what a frame shows besides the object and its warp: camera and lights.
+uint64_t hashOf(const scene::Scene& scene) {
+  const capture::Lens& lens = scene.camera.lens;
+  std::vector<double> numbers{static_cast<double>(lens.model),
+                              static_cast<double>(lens.width),
+                              static_cast<double>(lens.height),
+                              lens.focalX,
+                              lens.focalY,
+                              lens.centerX,
+                              lens.centerY,
+                              lens.k1,
+                              lens.k2,
+                              lens.p1,
+                              lens.p2};
+  const auto addVector = [&](const auto& vector) {
+    numbers.insert(numbers.end(), vector.data(), vector.data() + vector.size());
+  };
+  const auto addColor = [&](Rgb color) { numbers.insert(numbers.end(), {color.r, color.g, color.b}); };
+  addVector(scene.camera.cameraFromWorld.rotation());
+  addVector(scene.camera.cameraFromWorld.translation());
+  for (const scene::ShotLight& light : scene.lights) {
+    numbers.push_back(static_cast<double>(light.index()));
+    if (const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light)) {
+      addVector(directional->towards.raw());
+      addColor(directional->irradiance);
+      addVector(directional->irradianceGradient);
+    } else if (const auto* point = std::get_if<scene::ShotPointLight>(&light)) {
+      addVector(point->position.raw());
+      addColor(point->intensity);
+    }
+  }
+  return hashOf<std::vector<double>>(numbers);
+}
+
 // Bounding box of the mask with a small margin; the whole picture if the mask is empty.
 image::PixelWindow windowAround(const image::Mask& mask) {
   image::PixelWindow window{mask.width, mask.height, 0, 0};
@@ -72,11 +106,7 @@ Samples::Samples(const capture::Capture& capture, const capture::Capture& rig, w
       hashes.push_back(hashOf(pictures[i].values));
       samples_.push_back(
           {truths.sceneOf(view[i]), std::move(pictures[i]), nameOf(frames, frames.frames[view[i]])});
-      const capture::Lens& lens = samples_.back().scene.camera.lens;
-      const auto& pose = samples_.back().scene.camera.cameraFromWorld;
-      hashes.push_back(hashOf(std::array{lens.focalX, lens.focalY, lens.centerX, lens.centerY}));
-      hashes.push_back(contentHash(std::as_bytes(std::span(pose.rotation().data(), 9))));
-      hashes.push_back(contentHash(std::as_bytes(std::span(pose.translation().data(), 3))));
+      hashes.push_back(hashOf(samples_.back().scene));
     }
   }
   hash_ = hashOf(hashes);

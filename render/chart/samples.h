@@ -28,7 +28,7 @@ public:
   const std::vector<Sample>& all() const { return samples_; }
   double exposure() const { return exposure_; }
   size_t heldOut() const { return heldOut_; } // test frames of the capture
-  uint64_t hash() const { return hash_; }     // of what pictures are compared with
+  uint64_t hash() const { return hash_; }     // of exposure, photographs, cameras and lights
   size_t brightest() const;                   // sample that shows most light
 
 private:

@@ -37,8 +37,8 @@ std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs) {
 
 std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
                                     const std::function<Cost(const knobs::Setting&)>& cost) {
-  constexpr double kLeastGain = 0.02;          // of the time; less is noise
-  constexpr double kLeastError = 1e-6;         // so that steps without any error are ranked by time
+  constexpr double kLeastGain = 0.02;          // of the work; less is not worth a step
+  constexpr double kLeastError = 1e-6;         // so that steps without any error are ranked by work
   std::vector<size_t> places(knobs.size(), 0); // in Knob::values
   const auto settingAt = [&](const std::vector<size_t>& at) {
     knobs::Setting setting;
@@ -59,8 +59,8 @@ std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t m
       std::vector<size_t> next = places;
       ++next[k];
       const Cost there = cost(settingAt(next));
-      const double gain = here.milliseconds - there.milliseconds;
-      if (gain < kLeastGain * here.milliseconds) continue;
+      const double gain = here.work - there.work;
+      if (gain < kLeastGain * here.work) continue;
       const double worth = gain / std::max(there.error - here.error, kLeastError);
       if (!best || worth > best->worth) best = Step{k, there, worth};
     }

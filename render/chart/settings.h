@@ -21,11 +21,11 @@ std::vector<knobs::Setting> combinations(std::span<const knobs::Knob> knobs);
 std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs);
 
 struct Cost {
-  double milliseconds = 0; // of a frame
-  double error = 0;        // against the most accurate setting
+  double work = 0;  // of a frame, in any unit
+  double error = 0; // against the most accurate setting
 };
-// Greedy descent from the most accurate setting: moves one knob to its next value, the one that gains most
-// time for the error that it adds, until no step gains time or `most` steps are taken. Returns the settings
+// Greedy descent from the most accurate setting: moves one knob to its next value, the one that saves most
+// work for the error that it adds, until no step saves work or `most` steps are taken. Returns the settings
 // that it passes, without the first. `cost` is asked once for each setting on the way and beside it.
 std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
                                     const std::function<Cost(const knobs::Setting&)>& cost);

@@ -1,6 +1,7 @@
 #include "render/chart/view.h"
 
 #include "render/chart/svg.h"
+#include "surfel/base/folder.h"
 
 #include <fmt/format.h>
 
@@ -64,15 +65,16 @@ View viewOf(const Chart& chart) {
 }
 
 std::string modelName(const View& view, size_t model) {
-  const auto folderOf = [](const std::filesystem::path& path) {
-    return path.has_filename() ? path.filename() : path.parent_path().filename();
-  };
-  const auto same = std::ranges::count(view.models, folderOf(view.models[model]), folderOf);
-  return same > 1 ? view.models[model].string() : folderOf(view.models[model]).string();
+  const std::string name = folderName(view.models[model]);
+  return std::ranges::count(view.models, name, folderName) > 1 ? view.models[model].string() : name;
 }
 
 std::string millisecondsText(double milliseconds) { return rounded(milliseconds, 3) + " ms"; }
-std::string percentText(double share) { return rounded(100 * share, 2) + " %"; }
+std::string errorText(double share) {
+  if (share > 0 && share < kVisibleError) return "< " + shortest(100 * kVisibleError, 1);
+  return rounded(100 * share, 2);
+}
+std::string percentText(double share) { return errorText(share) + " %"; }
 std::string fixedText(double number, int decimals) {
   if (!std::isfinite(number)) return rounded(number, 1);
   const std::string text = fmt::format("{:.{}f}", number, decimals);

@@ -13,7 +13,7 @@ namespace surflect::chart {
 
 inline constexpr size_t kHues = 7; // of the style sheet
 
-// A chart with what several parts of the page ask for.
+// A chart with look-ups that several parts of the page share.
 struct View {
   const Chart& chart;
   std::vector<std::filesystem::path> models = {};
@@ -42,12 +42,16 @@ std::string settingText(const View& view, size_t point);
 // "preview", "full"; empty for a setting without a name
 std::string nameOf(const View& view, size_t point);
 
+// Share of error to full below which nobody sees a difference: less is not told apart, but for 0.
+inline constexpr double kVisibleError = 1e-5;
+
 // Whether the point can be drawn over time.
 bool hasTime(const Point& point);
 
 // Figures with their units. A figure that is not finite is a sign.
 std::string fixedText(double number, int decimals); // "38.20"
 std::string millisecondsText(double milliseconds);  // "44.0 ms"
+std::string errorText(double share);                // to full, in percent without the sign: "1.8", "< 0.001"
 std::string percentText(double share);              // "1.8 %"
 std::string decibelText(double decibel);            // "38.2 dB"
 std::string fasterText(double ratio);               // "3.1 times faster than at full"

@@ -35,7 +35,7 @@ public:
   // Maps the 99.5th percentile of the true object pixels of all test frames to 1, for any split; of the
   // split's frames if there are no test frames.
   double exposure() const { return exposure_; }
-  // What a frame shows: its camera and its light.
+  // Scene that a frame shows: its camera, its light and the warp.
   scene::Scene sceneOf(size_t frame) const;
   // Frames of one view over black: linear RGBA, premultiplied. Without a matte, alpha is the silhouette of
   // the capture's mesh after the warp, repaired by the views of the rig as pack did, or 1 in a capture of one

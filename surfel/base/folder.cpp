@@ -6,6 +6,12 @@
 
 namespace surflect {
 
+std::string folderName(const std::filesystem::path& folder) {
+  std::error_code unknown; // then the path remains
+  const auto absolute = std::filesystem::absolute(folder / "", unknown);
+  return (unknown ? folder / "" : absolute).lexically_normal().parent_path().filename().string();
+}
+
 void requireCreatable(const std::filesystem::path& folder) {
   std::error_code unknown; // reported when creating
   auto nearest = std::filesystem::absolute(folder, unknown);

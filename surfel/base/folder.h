@@ -4,6 +4,7 @@
 #include "surfel/base/error.h"
 
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 namespace surflect {
@@ -14,6 +15,9 @@ inline void createFolder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, failure);
   if (failure) throw Error("cannot be created (" + failure.message() + ")").in(folder);
 }
+
+// Last part of the folder's absolute path, for "vase/" and "." too: "vase".
+std::string folderName(const std::filesystem::path& folder);
 
 // Throws Error unless the folder is writable, or does not exist and can be created. Creates nothing.
 void requireCreatable(const std::filesystem::path& folder);

@@ -57,8 +57,13 @@ class Chart(TestInFolder):
         succeed(*self.arguments("stopped", "--knob", "cameras=1"))
         self.assertTrue(kept.read_text().startswith(lines))
 
-    def test_evaluate_turns_the_same_knobs(self):
+    def test_evaluate_turns_the_same_knobs_and_scores_alike(self):
         full, fast = (succeed("evaluate", self.model, self.capture, *knob) for knob in ([], ["--knob", "cameras=1"]))
+        points = succeed("chart", self.model, self.capture, "-o", self.folder / "scores", "--knob", "cameras=1",
+                         "--frames", "1000", "--rounds", "1")["points"]
+        for point, scores in zip(points, (full, fast), strict=True):
+            for measure in ("psnr_linear_db", "psnr_srgb_db", "ssim_srgb"):
+                self.assertAlmostEqual(point["rest"][measure], scores[measure], places=9)
         self.assertNotEqual(full["psnr_linear_db"], fast["psnr_linear_db"])
         self.assertEqual(fast["psnr_linear_db"],
                          succeed("evaluate", self.model, self.capture, "--cameras", "1")["psnr_linear_db"])
@@ -71,9 +76,10 @@ class Chart(TestInFolder):
                 result = run(*self.arguments("wrong", *wrong))
                 self.assertEqual((result.returncode, result.stdout), (1, ""))
                 self.assertIn(expected, result.stderr.splitlines()[-1])
-        twice = run("chart", self.model, self.model, self.capture, "-o", self.folder / "wrong")
-        self.assertEqual(twice.returncode, 1)
-        self.assertIn("given twice", twice.stderr)
+        for again in (self.model, f"{self.model}/", self.folder / "capture" / ".." / "model.srf"):
+            twice = run("chart", self.model, again, self.capture, "-o", self.folder / "wrong")
+            self.assertEqual(twice.returncode, 1)
+            self.assertIn("given twice", twice.stderr)
 
 
 if __name__ == "__main__":

@@ -41,7 +41,9 @@ class Usage(unittest.TestCase):
                           ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras"],
                           ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras=1", "--knob", "cameras=2"],
                           ["chart", "model.srf", "capture", "-o", "report", "--rounds", "0"],
-                          ["chart", "model.srf", "capture", "-o", "report", "--bent", "deformed"]):
+                          ["chart", "model.srf", "capture", "-o", "report", "--bent", "deformed"],
+                          ["chart", "model.srf", "capture", "-o", "report", "--frame", "2"],
+                          ["evaluate", "model.srf", "capture", "--frame", "2"]):
             with self.subTest(arguments=arguments):
                 result = run(*arguments)
                 self.assertEqual(result.returncode, 2)
@@ -54,7 +56,7 @@ class Usage(unittest.TestCase):
         evaluated = ["evaluate", "model.srf", "capture"]
         for command, option in ((imported, "--height"), (imported, "--fov"), (imported, "--mask-threshold"),
                                 (packed, "--tolerance"), (rendered, "--scale"), (rendered, "--low-pass"),
-                                (evaluated, "--low-pass"), (evaluated, "--frame"),
+                                (evaluated, "--low-pass"), ([*evaluated, "--script", "film.toml"], "--frame"),
                                 ([*captured, "--script", "film.toml"], "--frame")):
             for value in ("nan", "-nan", "inf", "-1e30", "1e30", "1e999", "one", ""):
                 with self.subTest(command=command[0], option=option, value=value):

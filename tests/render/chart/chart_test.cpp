@@ -4,6 +4,7 @@
 #include "render/chart/measurements.h"
 #include "render/chart/samples.h"
 #include "render/chart/settings.h"
+#include "render/chart/subject.h"
 
 #include "srf/capture/capture.h"
 #include "surfel/base/error.h"
@@ -38,7 +39,7 @@ TEST(ChartSettings, OneByOneTurnsASingleKnob) {
 }
 
 // b saves as much as a step of a, at a tenth of the error, so that it is taken first.
-TEST(ChartSettings, DescentTakesTheStepWithTheMostTimeForItsError) {
+TEST(ChartSettings, DescentTakesTheStepThatSavesMostWorkForItsError) {
   const auto cost = [](const knobs::Setting& setting) {
     const double a = setting.contains("a") ? 3 - setting.at("a") : 0, b = setting.contains("b") ? 1 : 0;
     return Cost{100 - 20 * a - 20 * b, 0.1 * a + 0.01 * b};
@@ -49,7 +50,7 @@ TEST(ChartSettings, DescentTakesTheStepWithTheMostTimeForItsError) {
   EXPECT_EQ(longestDescent(kKnobs, 20), 3u);
 }
 
-TEST(ChartSettings, DescentEndsWhereNothingGainsTime) {
+TEST(ChartSettings, DescentEndsWhereNothingSavesWork) {
   const auto cost = [](const knobs::Setting& setting) { return Cost{setting.contains("a") ? 90. : 100., 0}; };
   EXPECT_EQ(descent(kKnobs, 20, cost), (std::vector<knobs::Setting>{{{"a", 2}}}));
 }
@@ -117,6 +118,9 @@ TEST(ChartMeasurements, ComeBackToTheBitAndSurviveDamage) {
     measurements.keep("x", accuracy);
     measurements.keep("x", timing);
     measurements.keep("y", Cost{1, 2});
+    Accuracy black;
+    black.rmsToFull = std::numeric_limits<double>::infinity();
+    measurements.keep("black", black);
   }
   const std::string text = readFile(file);
   {
@@ -129,8 +133,12 @@ TEST(ChartMeasurements, ComeBackToTheBitAndSurviveDamage) {
     EXPECT_FALSE(read.bent);
     EXPECT_EQ(again.timing("x")->stages, timing.stages);
     EXPECT_EQ(again.cost("y")->error, 2);
+    EXPECT_TRUE(std::isinf(again.accuracy("black").value().rmsToFull)) << "full is black";
     EXPECT_FALSE(again.accuracy("y"));
   }
+  const std::string deep(1000000, '[');
+  std::ofstream(file, std::ios::binary) << text << "{\"of\":\"y\",\"cost\":" << deep << "\n";
+  EXPECT_EQ(Measurements(file).cost("y")->error, 2);
   for (size_t end = 0; end < text.size(); end += 7) {
     std::ofstream(file, std::ios::binary)
         << text.substr(0, end) << "\n[1]\n{\"of\":3}\n{\"of\":\"z\",\"cost\":{}}\n";
@@ -262,6 +270,36 @@ TEST_F(ChartOfASphere, SecondRunMeasuresNothingAgain) {
   }
 }
 
+// A descent asks no clock: a chart in another folder finds the same settings.
+TEST_F(ChartOfASphere, DescentsAreEqual) {
+  ChartOptions asked = options();
+  asked.descentSteps = 4;
+  std::vector<std::vector<knobs::Setting>> settings;
+  for (const char* name : {"descent", "descent again"}) {
+    Measurements measurements(emptyFolder(name) / "measurements.jsonl");
+    Subject subject(packed->model.folder, packed->capture, std::nullopt, asked, measurements, {});
+    const size_t before = subject.settings().size();
+    subject.descend({});
+    EXPECT_GT(subject.settings().size(), before);
+    settings.push_back(subject.settings());
+  }
+  EXPECT_EQ(settings[0], settings[1]);
+}
+
+// Lights stand in the capture, not in the model or in the photographs.
+TEST_F(ChartOfASphere, LightsThatMovedAreMeasuredAgain) {
+  ChartOptions asked = options();
+  asked.onlyGiven = true;
+  const Chart before = chartIn("moved", asked);
+  capture::Capture capture = packed->capture;
+  for (capture::Light& light : capture.lights)
+    if (auto* directional = std::get_if<capture::DirectionalLight>(&light.kind))
+      directional->towards = normalized(directional->towards + Direction3<AcquisitionSpace, double>(0, 0, 1));
+  const Chart after =
+      makeChart({packed->model.folder}, capture, std::nullopt, emptyFolder("moved"), asked, {});
+  EXPECT_NE(after.points[0].rest.psnrLinearDb, before.points[0].rest.psnrLinearDb);
+}
+
 TEST_F(ChartOfASphere, InterruptedRunGoesOn) {
   ChartOptions asked = options();
   asked.sweep = {{"cameras", {2, 1}}};
@@ -300,6 +338,15 @@ TEST_F(ChartOfASphere, OnlyTheGivenValuesStandAlone) {
   ASSERT_EQ(chart.points.size(), 1u);
   EXPECT_EQ(chart.points[0].setting, (knobs::Setting{{"cameras", 1}, {"lights", 2}}));
   EXPECT_GT(chart.points[0].rmsToFull, 0);
+}
+
+TEST_F(ChartOfASphere, SweepsWithoutEndAreRefused) {
+  ChartOptions asked = options();
+  for (const char* knob : {"cameras", "lights", "scale"}) {
+    asked.sweep.push_back({knob, {}});
+    for (int i = 1; i <= 1000; ++i) asked.sweep.back().values.push_back(i);
+  }
+  EXPECT_THROW(chartIn("endless", asked), Error);
 }
 
 TEST_F(ChartOfASphere, UnknownKnobsAndValuesAreRefused) {

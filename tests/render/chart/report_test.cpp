@@ -185,6 +185,16 @@ TEST(Report, FiguresThatAreNotFiniteAreInTheTableAlone) {
             0u);
 }
 
+TEST(Report, ErrorsThatNobodySeesAreShort) {
+  Chart chart = chartOf();
+  chart.points[1].rmsToFull = chart.points[3].rmsToFull = chart.points[4].rmsToFull = 1e-12;
+  const std::string page = htmlOf(chart);
+  EXPECT_TRUE(isWellFormed(page));
+  EXPECT_NE(page.find("class=\"value\""), std::string::npos);
+  EXPECT_NE(page.find("differ from those at full by &lt; 0.001 %"), std::string::npos);
+  EXPECT_EQ(page.find("0.0000"), std::string::npos);
+}
+
 TEST(Report, ModelsOfOneNameAreToldApart) {
   Chart chart = chartOf();
   chart.points[1].model = "other/vase.srf";

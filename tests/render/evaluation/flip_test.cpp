@@ -1,11 +1,13 @@
 #include "render/evaluation/flip.h"
 
 #include "srf/image/color.h"
+#include "surfel/math/space.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
 namespace surflect::evaluation {
@@ -94,60 +96,101 @@ TEST(Flip, SmallThingsFadeWithDistance) {
   EXPECT_GT(valueOf({0.2f, 0.2f, 0.2f}, {0.8f, 0.8f, 0.8f}), far);
 }
 
-// The contrast filter and the edge detector at one pixel, as sums over two dimensions.
-TEST(Flip, MatchesThePlainFormForGrays) {
-  const auto gray = [](unsigned seed) {
-    image::Image image = randomImage(seed, 45, 45, 0.4f);
-    for (size_t i = 0; i < image.values.size(); i += 3)
-      image.values[i + 1] = image.values[i + 2] = image.values[i];
-    return image;
-  };
-  const image::Image a = gray(7), b = gray(8);
-  constexpr double pi = 3.14159265358979323846;
+// FLIP at one pixel as the paper writes it: sums over two dimensions, with the constants as printed.
+// [Andersson 2020, Eqs. 3-9, Table 1]
+struct PlainFlip {
+  static constexpr double pi = 3.14159265358979323846, p = 67;
+  static constexpr int at = 22; // column and row
+
   struct Seen {
-    double lightness, edge, point;
+    Vec3<double> lab;
+    double edge, point;
   };
-  const auto plain = [&](const image::Image& image) {
-    double light = 0, weight = 0;
+
+  Mat3<double> xyzFromRgb{{0.4124564, 0.3575761, 0.1804375},
+                          {0.2126729, 0.7151522, 0.0721750},
+                          {0.0193339, 0.1191920, 0.9503041}};
+  Vec3<double> white = xyzFromRgb * Vec3<double>::Ones();
+
+  Vec3<double> relative(const Vec3<double>& rgb) const { return (xyzFromRgb * rgb).cwiseQuotient(white); }
+  Vec3<double> relative(const image::Image& image, int x, int y) const {
+    const auto rgb = image.at(at + x, at + y);
+    return relative({rgb[0], rgb[1], rgb[2]});
+  }
+  Vec3<double> lab(const Vec3<double>& rgb) const {
+    const Vec3<double> f = relative(rgb).unaryExpr(
+        [](double t) { return t > 216. / 24389 ? std::cbrt(t) : 841. / 108 * t + 4. / 29; });
+    const double L = 116 * f.y() - 16;
+    return {L, 0.01 * L * 500 * (f.x() - f.y()), 0.01 * L * 200 * (f.y() - f.z())};
+  }
+
+  Vec3<double> color(const image::Image& image) const {
+    const auto gaussian = [](double a, double b, double z) {
+      return a * std::sqrt(pi / b) * std::exp(-pi * pi * z / b);
+    };
+    Vec3<double> sum = Vec3<double>::Zero(), weight = sum;
     for (int y = -10; y <= 10; ++y)
       for (int x = -10; x <= 10; ++x) {
-        const double w = std::exp(-pi * pi * (x * x + y * y) / (67. * 67.) / 0.0047);
-        light += w * image.at(22 + x, 22 + y)[0];
+        const double z = (x * x + y * y) / (p * p);
+        const Vec3<double> t = relative(image, x, y);
+        const Vec3<double> w(gaussian(1, 0.0047, z), gaussian(1, 0.0053, z),
+                             gaussian(34.1, 0.04, z) + gaussian(13.5, 0.025, z));
+        sum += w.cwiseProduct(Vec3<double>(116 * t.y() - 16, 500 * (t.x() - t.y()), 200 * (t.y() - t.z())));
         weight += w;
       }
-    const double sigma = 0.5 * 0.082 * 67;
-    double sums[2][2] = {}, positive[2] = {};
-    for (int y = -9; y <= 9; ++y)
-      for (int x = -9; x <= 9; ++x) {
-        const double g = std::exp(-0.5 * (x * x + y * y) / (sigma * sigma));
-        const double first = -x * g;
-        positive[0] += std::max(first, 0.);
-        sums[0][0] += first * image.at(22 + x, 22 + y)[0];
-        sums[0][1] += first * image.at(22 + y, 22 + x)[0];
-        positive[1] += std::max((x * x / (sigma * sigma) - 1) * g, 0.);
-      }
-    double negative = 0;
-    for (int y = -9; y <= 9; ++y)
-      for (int x = -9; x <= 9; ++x)
-        negative +=
-            std::max((1 - x * x / (sigma * sigma)) * std::exp(-0.5 * (x * x + y * y) / (sigma * sigma)), 0.);
-    for (int y = -9; y <= 9; ++y)
-      for (int x = -9; x <= 9; ++x) {
-        double w = (x * x / (sigma * sigma) - 1) * std::exp(-0.5 * (x * x + y * y) / (sigma * sigma));
-        w /= w > 0 ? positive[1] : negative;
-        sums[1][0] += w * image.at(22 + x, 22 + y)[0];
-        sums[1][1] += w * image.at(22 + y, 22 + x)[0];
-      }
-    return Seen{116 * std::cbrt(light / weight) - 16, std::hypot(sums[0][0], sums[0][1]) / positive[0],
-                std::hypot(sums[1][0], sums[1][1])};
-  };
-  const Seen seenA = plain(a), seenB = plain(b);
-  const double d = std::pow(std::abs(seenA.lightness - seenB.lightness), 0.7),
-               edge = 0.4 * std::pow(203.3, 0.7);
-  ASSERT_LT(d, edge);
-  const double feature = std::sqrt(
-      std::max(std::abs(seenA.edge - seenB.edge), std::abs(seenA.point - seenB.point)) / std::sqrt(2.));
-  EXPECT_NEAR(flip(a, b).at(22, 22)[0], std::pow(0.95 * d / edge, 1 - feature), 1e-4);
+    const Vec3<double> c = sum.cwiseQuotient(weight);
+    const double y = (c[0] + 16) / 116;
+    const Vec3<double> xyz = Vec3<double>(y + c[1] / 500, y, y - c[2] / 200).cwiseProduct(white);
+    return lab((xyzFromRgb.inverse() * xyz).cwiseMax(0).cwiseMin(1));
+  }
+
+  // Length of the gradient of luminance by a kernel of x, and by the same kernel of y.
+  double feature(const image::Image& image, const std::function<double(int)>& derivative) const {
+    const double sigma = 0.5 * 0.082 * p;
+    double positive = 0, negative = 0;
+    const auto sum = [&](auto visit) {
+      for (int y = -9; y <= 9; ++y)
+        for (int x = -9; x <= 9; ++x)
+          visit(x, y, derivative(x) * std::exp(-(x * x + y * y) / (2 * sigma * sigma)));
+    };
+    sum([&](int, int, double w) { (w > 0 ? positive : negative) += std::abs(w); });
+    double alongX = 0, alongY = 0;
+    sum([&](int x, int y, double w) {
+      w /= w > 0 ? positive : negative;
+      alongX += w * relative(image, x, y).y();
+      alongY += w * relative(image, y, x).y();
+    });
+    return std::hypot(alongX, alongY);
+  }
+
+  Seen seen(const image::Image& image) const {
+    const double sigma = 0.5 * 0.082 * p;
+    return {color(image), feature(image, [](int x) { return -x; }),
+            feature(image, [&](int x) { return x * x / (sigma * sigma) - 1; })};
+  }
+
+  double value(const image::Image& a, const image::Image& b) const {
+    const auto hyab = [](const Vec3<double>& d) { return std::abs(d[0]) + std::hypot(d[1], d[2]); };
+    const Seen seenA = seen(a), seenB = seen(b);
+    const double c_max = std::pow(hyab(lab({0, 1, 0}) - lab({0, 0, 1})), 0.7);
+    const double d = std::pow(hyab(seenA.lab - seenB.lab), 0.7), p_c = 0.4, p_t = 0.95;
+    const double dE_c = d < p_c * c_max ? p_t / (p_c * c_max) * d
+                                        : p_t + (d - p_c * c_max) / (c_max - p_c * c_max) * (1 - p_t);
+    const double dE_f = std::sqrt(
+        std::max(std::abs(seenA.edge - seenB.edge), std::abs(seenA.point - seenB.point)) / std::sqrt(2.));
+    return std::pow(dE_c, 1 - dE_f);
+  }
+};
+
+TEST(Flip, MatchesThePlainForm) {
+  const PlainFlip plain;
+  for (const unsigned seed : {7u, 8u, 9u}) { // colours far apart, and near
+    const image::Image a = randomImage(seed, 45, 45, 0.4f), other = randomImage(seed + 10, 45, 45, 0.4f);
+    image::Image b = a;
+    for (size_t i = 0; i < b.values.size(); ++i)
+      b.values[i] = std::lerp(a.values[i], other.values[i], seed == 7 ? 1.f : 0.1f);
+    EXPECT_NEAR(flip(a, b).at(22, 22)[0], plain.value(a, b), 2e-5) << seed;
+  }
 }
 
 TEST(Flip, MeanIsThatOfTheMask) {

@@ -18,6 +18,12 @@ TEST(Folder, IsThereWithThoseItLiesInUntilItIsRemoved) {
   removeFolder(folder / "a");
 }
 
+TEST(Folder, NameIsItsOwnHoweverThePathIsWritten) {
+  for (const char* path : {"a/vase", "a/vase/", "vase", "/vase", "a/b/../vase/.", "a/vase//"})
+    EXPECT_EQ(folderName(path), "vase") << path;
+  EXPECT_EQ(folderName("."), fs::current_path().filename().string());
+}
+
 TEST(Folder, OneThatCannotBeIsNamed) {
   const image::TemporaryFolder folder;
   image::writeBytes(folder / "file", "x");
