@@ -54,8 +54,8 @@ void markChosen(std::span<Point> points) {
   for (const std::filesystem::path& model : models) {
     Point* fastest = nullptr;
     for (Point& point : points)
-      if (point.model == model && point.rmsToFull <= kHardlyDifferent &&
-          (!fastest || point.milliseconds < fastest->milliseconds))
+      if (point.model == model && point.rmsToFull > 0 && // equal pictures: the knob has no effect here
+          point.rmsToFull <= kHardlyDifferent && (!fastest || point.milliseconds < fastest->milliseconds))
         fastest = &point;
     if (fastest) fastest->isChosen = true;
     points[kneeOf(points, model)].isChosen = true;

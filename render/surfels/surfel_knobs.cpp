@@ -72,7 +72,8 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
         options.shade.weightError = numberOf(value, ulr::kMostTruncated);
       });
   if (isLit)
-    add("environment_error", "error of light weights by which few lights may stand for an environment",
+    add("environment_error",
+        "error of captured lights' weights, within which few lights stand for an environment",
         {0, 0.02, 0.05, 0.1, 0.2}, 0.05,
         [](double value, FrameOptions& options) { options.environmentError = numberOf(value, 1); });
   add("layer_search",
