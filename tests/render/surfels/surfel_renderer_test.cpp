@@ -1,5 +1,6 @@
 #include "render/surfels/surfel_renderer.h"
 
+#include "render/surfels/frame_work.h"
 #include "tests/render/films.h"
 #include "tests/srf/image/files.h"
 
@@ -111,6 +112,15 @@ TEST_F(Opened, WorkFallsWithEveryStepOfAKnob) {
     }
   }
   EXPECT_EQ(workAt({}), full);
+}
+
+TEST(WorkOf, TabulatedLightsCostLessThanOthers) {
+  FrameStats none, tabulated, lit;
+  none.queries = tabulated.queries = lit.queries = 1000;
+  tabulated.tabulatedLights = lit.lights = 50;
+  const auto ulr = [](const FrameStats& stats) { return workOf(stats, {}, 100).at("ulr"); };
+  EXPECT_LT(ulr(none), ulr(tabulated));
+  EXPECT_LT(ulr(tabulated), ulr(lit));
 }
 
 TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
