@@ -13,9 +13,8 @@
 //      model, which then proposes again, until nothing better is proposed. A setting that was measured to
 //      fail is never chosen, nor is one that is at least as fast by every knob.
 //   3. Check. The middle frame is rendered, too. If the setting fails there, if the error is far from the
-//   mean of
-//      both ends, or if settings of their own promise to save more than they cost, each half becomes a
-//      stretch.
+//      mean of both ends, or if settings of their own promise to save more than they cost, each half becomes
+//      a stretch.
 //
 // Errors of the frames that were measured are true; between them the error is interpolated linearly.
 //

@@ -6,6 +6,7 @@
 #include "warp/deform.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 
 namespace surflect::surfels {
@@ -129,8 +130,11 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   }
 
   stats = {};
+  stats.cloud = field.cloud.size();
+  stats.environments = prepared.size();
   stats.lights = scene.lights.size() - prepared.size();
-  for (const PreparedEnvironment* environment : prepared) stats.lights += environment->lights.size();
+  for (const PreparedEnvironment* environment : prepared)
+    (environment->table ? stats.tabulatedLights : stats.lights) += environment->lights.size();
   StageClock clock(stats);
   if (options.surfelSize > 0)
     cut =
@@ -145,6 +149,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
                             std::move(raster));
   stats.splats = raster.counts;
   stats.visible = raster.visible.size();
+  for (const splat::RasterTile& tile : raster.tiles)
+    stats.covered += static_cast<size_t>(std::popcount(tile.blocks)) * splat::kLanes;
   clock.finish("splat");
 
   const std::span<const uint32_t> visible = raster.visible;

@@ -32,10 +32,15 @@ using render::FrameLayers;
 
 struct FrameStats {
   splat::SplatCounts splats;
+  size_t cloud = 0;   // surfels of the model
   size_t surfels = 0; // warped and projected
   size_t visible = 0, unseen = 0;
+  size_t covered = 0; // pixels in blocks of 4 x 4 that splats may reach
   size_t queries = 0; // fewer than visible surfels where patches share weights
-  size_t lights = 0;  // per surfel: of the scene, with those that stand for its environments
+  // Lights per query: those of the scene, and those that stand for its environments. Lights of an environment
+  // with a light table, which cost less, count as tabulated.
+  size_t lights = 0, tabulatedLights = 0;
+  size_t environments = 0;
   shading::ShadingStats shading;
   // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
   // AOVs are requested.

@@ -3,21 +3,20 @@
 namespace surflect::surfels {
 
 std::map<std::string, double> workOf(const FrameStats& stats, const FrameOptions& options, size_t pixels) {
-  const auto n = static_cast<double>(stats.surfels), p = static_cast<double>(pixels);
-  const auto drawn = static_cast<double>(stats.splats.drawn), visible = static_cast<double>(stats.visible);
-  const auto asked = static_cast<double>(stats.queries);
-  const double lit = asked * static_cast<double>(stats.lights);
-  const shading::ShadingStats& shading = stats.shading;
-  const auto operations = static_cast<double>(shading.operations);
-  const auto lookups = static_cast<double>(shading.lookups);
-  const double lookupsAsked = visible > 0 ? lookups * asked / visible : 0;
-  // Nanoseconds for each thing that is counted.
-  return {{"warp", (options.surfelSize > 0 ? 21 : 8) * n},
-          {"splat", 15 * n + (options.splats.searchLayers ? 120 : 100) * drawn + 15 * p},
-          {"queries", 20 * asked + 0.8 * lit},
-          {"ulr", 80 * asked + 28 * lit + 3 * operations + 4.5 * lookupsAsked},
-          {"look-up", 60 * operations + 2.5 * lookups},
-          {"develop", 20 * visible + 7 * p}};
+  const auto count = [](size_t number) { return static_cast<double>(number); };
+  const double surfels = count(stats.surfels), drawn = count(stats.splats.drawn);
+  const double visible = count(stats.visible), queries = count(stats.queries);
+  const auto operations = count(stats.shading.operations), lookups = count(stats.shading.lookups);
+  const bool isCut = options.surfelSize > 0, sharesWeights = options.surfelsPerPatch > 1;
+  // Nanoseconds for each thing that is counted, fitted to frames of the example films.
+  return {
+      {"warp", isCut ? 11 * count(stats.cloud) + 13 * surfels : 9 * surfels},
+      {"splat", 5 * surfels + (options.splats.searchLayers ? 130 : 95) * drawn + 32 * count(stats.covered) +
+                    6 * count(pixels)},
+      {"queries", (26 + 47 * count(stats.environments)) * queries + (sharesWeights ? 8 * visible : 0)},
+      {"ulr", (136 + 28 * count(stats.lights) + 13 * count(stats.tabulatedLights)) * queries + 30 * visible},
+      {"look-up", 46 * operations + 3.7 * lookups},
+      {"develop", 24 * visible + 6 * count(pixels)}};
 }
 
 } // namespace surflect::surfels
