@@ -123,14 +123,14 @@ Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& 
       cut.levels[patch] = std::min(levelFor(size, surfelSize), coarsest);
     }
   });
-  cut.isWhole = std::ranges::all_of(cut.levels, [](double level) { return level == 0; });
-  if (cut.isWhole) return cut;
   cut.first.assign(1, 0);
   for (size_t patch = 0; patch < patches; ++patch) {
     const CutLevel& level = levelOf(patch);
     cut.first.push_back(cut.first.back() + level.first[patch + 1] - level.first[patch]);
   }
   const size_t count = cut.first.back();
+  cut.isWhole = static_cast<double>(count) > kLargestCut * static_cast<double>(cloud.size());
+  if (cut.isWhole) return cut;
   cut.surfels.resize(count);
   cut.cloud.p0.resize(count);
   cut.cloud.r0.resize(count);

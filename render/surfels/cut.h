@@ -39,6 +39,9 @@ inline constexpr double kLeastTilt = 0.25;
 double pixelsPerLength(const capture::Camera<ObjectSpace>& camera, const DeformedCloud& deformed,
                        size_t surfel);
 
+// Share of the cloud up to which a cut is made: copying a larger one costs more time than it saves.
+inline constexpr double kLargestCut = 0.9;
+
 // The surfels that are drawn.
 struct Cut {
   bool isWhole = false; // the whole cloud is drawn as it is; `cloud` and `surfels` have no meaning
@@ -52,8 +55,8 @@ struct Cut {
 };
 
 // Surfels of a frame at `surfelSize` > 0 pixels from each other. Each patch has one level, that of its
-// middle, with the splats of splatAt. Levels change continuously with warp and camera, hence also the splats.
-// `kept` donates its memory.
+// middle, with the splats of splatAt. Levels change continuously with warp and camera, hence also the splats,
+// up to the cut that leaves out a tenth of the cloud; smaller ones are not made. `kept` donates its memory.
 Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& warp,
            const capture::Camera<ObjectSpace>& camera, double surfelSize, const Progress& progress = {},
            Cut kept = {});

@@ -10,7 +10,8 @@ std::map<std::string, double> workOf(const FrameStats& stats, const FrameOptions
   const bool isCut = options.surfelSize > 0, sharesWeights = options.surfelsPerPatch > 1;
   // Nanoseconds for each thing that is counted, fitted to frames of the example films.
   return {
-      {"warp", isCut ? 11 * count(stats.cloud) + 13 * surfels : 9 * surfels},
+      {"warp",
+       9 * surfels + (isCut ? count(stats.cloud) : 0) + (stats.surfels < stats.cloud ? 4 * surfels : 0)},
       {"splat", 5 * surfels + (options.splats.searchLayers ? 130 : 95) * drawn + 32 * count(stats.covered) +
                     6 * count(pixels)},
       {"queries", (26 + 47 * count(stats.environments)) * queries + (sharesWeights ? 8 * visible : 0)},

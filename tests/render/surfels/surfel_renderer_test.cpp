@@ -103,15 +103,15 @@ TEST_F(Opened, WorkFallsWithEveryStepOfAKnob) {
   const double full = workAt({});
   EXPECT_GT(full, 0);
   for (const knobs::Knob& knob : renderer->knobs()) {
-    // A first step may cost a little where it leaves nothing out: choosing surfels takes time.
-    double before = 1.1 * full;
+    // Choosing surfels and patches takes some time, also where it leaves nothing out.
+    double before = 1.02 * full;
     for (const double value : knob.values | std::views::drop(1)) {
       const double work = workAt({{knob.name, value}});
       EXPECT_LE(work, before) << knob.name << " " << value;
       before = work;
     }
-    EXPECT_LE(before, full) << knob.name;
-    if (knob.name == "cameras" || knob.name == "lights") {
+    EXPECT_LE(before, 1.02 * full) << knob.name;
+    if (knob.name == "cameras" || knob.name == "lights" || knob.name == "surfel_size") {
       EXPECT_LT(before, full);
     }
   }
