@@ -87,7 +87,7 @@ bool moveOn(const std::vector<knobs::Knob>& knobs, control::Steps& steps) {
   return false;
 }
 
-// What a tolerance gave on a film.
+// Result of one tolerance on a film.
 struct Tally {
   double tolerance = 0;
   size_t within = 0, nearly = 0;

@@ -78,7 +78,7 @@ Choice Controller::choose(int frame) {
     stretches_ = solve(first, last, search);
     if (last == first + kLongest && last < film_.last) --stretches_.back().last;
   }
-  // Of two parts that share a frame the later renders it.
+  // The later part renders a frame that two parts share.
   const auto found = std::ranges::find_if(stretches_ | std::views::reverse, holdsFrame);
   const auto after = found->errors.lower_bound(frame);
   if (after->first == frame) return {found->setting, after->second};
@@ -311,7 +311,7 @@ const Controller::Measurement& Controller::measure(int frame, const knobs::Setti
 Controller::Measurement Controller::rendered(int frame, const knobs::Setting& setting, Probe& probe) {
   renderer_.turn(setting);
   const bool isFull = probe.full.values.empty();
-  // Of two times the shorter counts: the first frame may have had to wait for the disk.
+  // The shorter of two times counts: the first frame may have had to wait for the disk.
   const int repeats = target_.kind == Target::Kind::tolerance ? 1 : 2;
   Measurement best{0, kInfinite, {}};
   for (int repeat = 0; repeat < repeats; ++repeat) {

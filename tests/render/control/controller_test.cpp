@@ -101,7 +101,7 @@ struct Film : ::testing::Test {
     }
     return least;
   }
-  // Of all frames within the tolerance; returns the sum of their work.
+  // Expects all frames within the tolerance; returns the sum of their work.
   double expectWithin(double tolerance) {
     Controller controller = controllerOf({Target::Kind::tolerance, tolerance});
     double total = 0;
