@@ -82,7 +82,7 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
   add("surfel_size", "pixels between neighbouring surfels at least; 0: all surfels",
       {0, 0.5, 0.7, 1, 1.4, 2, 2.8}, 0.7,
       [](double value, FrameOptions& options) { options.surfelSize = numberOf(value, kLargestSize); });
-  add("patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16}, 16,
+  add("patch", "surfels that share the weights of cameras and lights", {1, 2, 4, 8, 16}, 4,
       [](double value, FrameOptions& options) { options.surfelsPerPatch = countOf(value, kLargestPatch); });
   return knobs;
 }
