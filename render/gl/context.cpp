@@ -162,7 +162,7 @@ struct Context::State {
 Context::Context(const ContextOptions& options) : state_(std::make_unique<State>()) {
   requireLibrary("libEGL.so.1", "libegl1");
   requireLibrary("libGL.so.1", "libgl1");
-  assert(eglGetCurrentContext() == EGL_NO_CONTEXT);
+  if (eglGetCurrentContext() != EGL_NO_CONTEXT) throw Error("this thread has a context already").in("OpenGL");
 
   constexpr const char* kDriver = "a driver (Debian: libegl-mesa0 and libgl1-mesa-dri)";
   std::optional<std::string> older;
@@ -189,6 +189,14 @@ Context::Context(const ContextOptions& options) : state_(std::make_unique<State>
 Context::~Context() = default;
 
 const Description& Context::describe() const { return state_->description; }
+
+std::shared_ptr<const Context> contextOfThread() {
+  thread_local std::weak_ptr<const Context> kept;
+  std::shared_ptr<const Context> context = kept.lock();
+  if (context) return context;
+  kept = context = std::make_shared<const Context>();
+  return context;
+}
 
 void requireNoErrors() {
   assert(eglGetCurrentContext() != EGL_NO_CONTEXT);

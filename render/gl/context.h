@@ -50,6 +50,10 @@ private:
   std::unique_ptr<State> state_;
 };
 
+// Context of this thread that all holders share, made where there is none: a thread has only one current
+// context. Throws Error as Context does, and if the thread has a context that was made otherwise.
+std::shared_ptr<const Context> contextOfThread();
+
 // Throws Error with the first error or undefined behaviour that OpenGL reported since the last call. Every
 // constructor, read-back and finish() ends with it.
 void requireNoErrors();

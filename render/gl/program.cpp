@@ -113,6 +113,11 @@ void Program::set(std::string_view uniform, const Eigen::Vector3f& value) {
 void Program::set(std::string_view uniform, const Eigen::Vector4f& value) {
   glProgramUniform4fv(name(), locationOf(uniform), 1, value.data());
 }
+void Program::set(std::string_view uniform, std::span<const Eigen::Vector4f> values) {
+  static_assert(sizeof(Eigen::Vector4f) == 4 * sizeof(float));
+  if (values.empty()) return;
+  glProgramUniform4fv(name(), locationOf(uniform), static_cast<GLsizei>(values.size()), values[0].data());
+}
 void Program::set(std::string_view uniform, const Eigen::Matrix3f& value) {
   glProgramUniformMatrix3fv(name(), locationOf(uniform), 1, GL_FALSE, value.data());
 }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <initializer_list>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -29,6 +30,8 @@ public:
   void set(std::string_view uniform, const Eigen::Vector2f& value);
   void set(std::string_view uniform, const Eigen::Vector3f& value);
   void set(std::string_view uniform, const Eigen::Vector4f& value);
+  // Sets the first elements of an array, which is named by its first: "corners[0]".
+  void set(std::string_view uniform, std::span<const Eigen::Vector4f> values);
   void set(std::string_view uniform, const Eigen::Matrix3f& value);
   void set(std::string_view uniform, const Eigen::Matrix4f& value);
 

@@ -3,6 +3,7 @@
 #include "tests/render/gl/gl_test.h"
 
 #include <cstdlib>
+#include <memory>
 #include <thread>
 
 namespace surflect::gl {
@@ -82,6 +83,17 @@ TEST(TwoContexts, MayBeCurrentOnTwoThreads) {
   here = randomPixels();
   other.join();
   EXPECT_EQ(here, there);
+}
+
+TEST(TwoContexts, AreOneForAllWhoShareTheThread) {
+  std::weak_ptr<const Context> first;
+  {
+    const std::shared_ptr<const Context> a = contextOfThread(), b = contextOfThread();
+    EXPECT_EQ(a, b);
+    first = a;
+  }
+  EXPECT_TRUE(first.expired());
+  EXPECT_FALSE(contextOfThread()->describe().renderer.empty());
 }
 
 // Expects that a context fails with an Error that matches `line` where the environment variable is set. Runs
