@@ -3,6 +3,7 @@
 #include "render/chart/front.h"
 #include "render/chart/settings.h"
 #include "surfel/base/error.h"
+#include "surfel/base/folder.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/version.h"
@@ -80,14 +81,6 @@ double workOf(const render::FrameReport& report) {
     if (name.starts_with("work.")) work += count;
   if (!(work > 0)) throw Error("the renderer has knobs, but its frames report no work");
   return work;
-}
-
-size_t bytesIn(const fs::path& folder) {
-  size_t bytes = 0;
-  std::error_code failure;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, failure))
-    if (entry.is_regular_file(failure)) bytes += entry.file_size(failure);
-  return bytes;
 }
 
 } // namespace

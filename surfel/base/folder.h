@@ -3,6 +3,7 @@
 
 #include "surfel/base/error.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -18,6 +19,9 @@ inline void createFolder(const std::filesystem::path& folder) {
 
 // Last part of the folder's absolute path, for "vase/" and "." too: "vase".
 std::string folderName(const std::filesystem::path& folder);
+
+// Bytes of all regular files in a folder and its folders; what cannot be read does not count.
+uint64_t bytesIn(const std::filesystem::path& folder);
 
 // Throws Error unless the folder is writable, or does not exist and can be created. Creates nothing.
 void requireCreatable(const std::filesystem::path& folder);
