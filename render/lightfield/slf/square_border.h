@@ -1,0 +1,26 @@
+// Border of a disc laid along a slightly bulged unit square.
+#pragma once
+
+#include "render/lightfield/slf/disc.h"
+#include "surfel/math/space.h"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace surflect::slf {
+
+// Places in Disc::border that lie at the corners of the square, in rising order: lower left, lower right,
+// upper right and upper left after a rotation.
+using SquareCorners = std::array<size_t, 4>;
+
+struct SquareShape {
+  double bulge = 0.02; // how far the middles of the sides stand out beyond the corners; they touch 0 and 1
+  double evenness = 0; // 0 spaces vertices along a side by their distances, 1 evenly
+};
+
+// Coordinates of each border vertex, strictly convex and counter-clockwise. Needs at least 4 vertices.
+std::vector<Vec2<double>> squareBorder(const Disc& disc, const SquareCorners& corners,
+                                       const SquareShape& shape = {});
+
+} // namespace surflect::slf
