@@ -1,0 +1,51 @@
+// A field's mesh and direction meshes in the driver's memory.
+#pragma once
+
+#include "render/gl/draw.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+#include "render/lightfield/slf/field.h"
+#include "surfel/math/space.h"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::slf {
+
+// Row c of the inverse of the matrix whose columns are a triangle's corners: its product with a direction is
+// the hat function of corner c there, up to the factor by which the direction misses the flat triangle.
+Mat3<double> hatRows(const DirectionMesh& mesh, size_t triangle);
+
+class FieldBuffers {
+public:
+  // Needs a context, as all of render/gl.
+  explicit FieldBuffers(const Field& field);
+
+  // Middle of the mesh's box, from which positions in shaders count.
+  const Vec3<double>& middle() const { return middle_; }
+  const Eigen::AlignedBox3d& boxCentred() const { return boxCentred_; }
+  // Attributes: 0 position, 1 texture coordinates in texels.
+  const gl::VertexArray& mesh() const { return mesh_; }
+  gl::Range partOf(size_t region) const { return parts_[region]; }
+
+  // Corners of a direction mesh's triangles, three each: direction, and its number.
+  std::span<const Eigen::Vector4f> corners(size_t directionMesh) const { return corners_[directionMesh]; }
+  // hatRows() of each triangle, three each; the last component is 0.
+  std::span<const Eigen::Vector4f> rows(size_t directionMesh) const { return rows_[directionMesh]; }
+  // rows() as a texture: column corner, row triangle.
+  const gl::Texture& rowTexture(size_t directionMesh) const { return rowTextures_[directionMesh]; }
+
+private:
+  Vec3<double> middle_;
+  Eigen::AlignedBox3d boxCentred_;
+  std::vector<gl::Range> parts_;
+  gl::VertexArray mesh_;
+  std::vector<std::vector<Eigen::Vector4f>> corners_, rows_;
+  std::vector<gl::Texture> rowTextures_;
+};
+
+} // namespace surflect::slf

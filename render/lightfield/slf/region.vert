@@ -1,0 +1,9 @@
+#version 450 core
+#include "position.glsl"
+layout(location = 1) in vec2 vertexTexels;
+out vec2 placeTexels;
+
+void main() {
+  place();
+  placeTexels = vertexTexels;
+}

@@ -1,0 +1,120 @@
+// Frames of a surface light field by OpenGL in many passes.
+//
+// [Azuma 1999] Azuma: Interactive Rendering of Surface Light Fields.
+//   B'_i   hat function of sample direction r_i, turned around: a function of ray directions
+//   F_i    texture of r_i in a region
+// A depth prepass of the whole mesh; then for all regions and directions, in ascending order,
+//   basis stage    alpha = B'_i, by drawing the direction mesh, turned around the camera  [§2.3]
+//   region stage   colour += alpha F_i, by drawing the region where depths are equal
+// The fused method does the same by one draw of the region, which evaluates the hat functions itself; sums
+// differ in the last bits of a float.
+#pragma once
+
+#include "render/gl/context.h"
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/projection.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+#include "render/lightfield/slf/field.h"
+#include "render/lightfield/slf/field_buffers.h"
+#include "render/lightfield/slf/pass_plan.h"
+#include "render/lightfield/slf/texture_slots.h"
+#include "srf/capture/camera.h"
+#include "srf/image/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect::slf {
+
+enum class Method { fused, twoStages };
+// Interpolation of hat functions; the fused method has the perspective one alone.
+enum class Basis {
+  perspective, // exact
+  gouraud      // linear on the screen, as in the paper
+};
+
+struct FrameOptions {
+  Method method = Method::fused;
+  Basis basis = Basis::perspective;
+  PlanOptions plan = {};
+  // The basis stage draws only triangles that the region's view may meet. Otherwise it draws all triangles at
+  // the pass's direction, after clearing alpha. [Azuma 1999, §3.2]
+  bool visitedTriangles = true;
+  bool observed = false; // whether to return Frame::observed
+  // Stages of two that are drawn; for measuring the other's time.
+  bool basisStage = true, regionStage = true;
+};
+
+struct FrameStats {
+  size_t regions = 0, passes = 0, allPasses = 0; // allPasses: textures of the field
+  size_t directionTriangles = 0;                 // sum over regions
+  size_t triangles = 0;                          // of the mesh, drawn in region stages
+  TextureCounts textures;
+  double planSeconds = 0, drawSeconds = 0, readSeconds = 0; // drawSeconds: without textures
+};
+
+struct Frame {
+  image::Image color;    // RGBA, premultiplied; alpha is 1 on the object, 0 elsewhere
+  image::Image depth;    // one channel: distance along the viewing axis; infinite off the object
+  image::Image observed; // one channel: the texels' share of observed radiance; empty unless asked for
+  FrameStats stats;
+};
+
+// Draws frames with the context that is current when it is made.
+class FrameRenderer {
+public:
+  // Field and textures must outlive the renderer. Throws Error if the driver lacks memory.
+  FrameRenderer(const Field& field, const Textures& textures, const SlotOptions& options,
+                const gl::Limits& limits);
+
+  // Equal arguments give equal bits, whatever was drawn before; so do all plan options, budgets and policies.
+  // Triangles before the near plane, a 10^4th of the distance to the farthest point, are not drawn. Throws
+  // Error for a lens that is not a pinhole or distorts, and where texels cannot be read.
+  Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {});
+
+  const TextureSlots& slots() const { return slots_; }
+
+private:
+  struct Targets {
+    gl::Texture color, observed, depth;
+    gl::Framebuffer frame, frameWithObserved;
+    Targets(int width, int height);
+  };
+  // One draw of a region: a pass, or in the fused method direction triangles with all of their corners.
+  struct Draw {
+    const RegionPasses* passes = nullptr;
+    std::vector<uint32_t> directions;
+    std::span<const uint32_t> triangles;
+  };
+  struct PlacedDraw {
+    Draw draw;
+    TextureSlots::Group group;
+  };
+
+  Targets& targetsOf(int width, int height);
+  std::vector<Draw> drawsOf(const PassPlan& plan, Method method) const;
+  void setCamera(const capture::Camera<AcquisitionSpace>& camera, const gl::DepthRange& range);
+  void drawDepth(gl::Framebuffer& target);
+  // Draws all passes in order, and returns the number of the mesh's triangles drawn.
+  size_t drawAll(std::span<const Draw> draws, gl::Framebuffer& target, const FrameOptions& options);
+  void drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target, const FrameOptions& options);
+  void drawBasis(const Draw& draw, gl::Framebuffer& target, const FrameOptions& options);
+  void drawRegion(const PlacedDraw& placed, gl::Framebuffer& target);
+  void drawFused(const PlacedDraw& placed, gl::Framebuffer& target);
+  Frame read(const Targets& targets, const gl::DepthRange& range, const FrameOptions& options) const;
+
+  const Field* field_;
+  FieldBuffers buffers_;
+  TextureSlots slots_;
+  PassPlanner planner_;
+  gl::VertexArray cornersOnly_{{}};
+  gl::Program depth_, basis_, gouraud_, region_, fused_;
+  std::optional<Targets> targets_;
+};
+
+} // namespace surflect::slf
