@@ -1,0 +1,152 @@
+#include "render/lightfield/lumigraph/lumigraph_frame.h"
+
+#include "render/gl/context.h"
+#include "render/gl/draw.h"
+#include "render/gl/projection.h"
+#include "render/lightfield/lumigraph/reconstruction.h"
+#include "render/lightfield/lumigraph/shaders.h"
+#include "surfel/base/error.h"
+#include "surfel/math/bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect::lumigraph {
+
+namespace {
+
+// A camera in coordinates relative to a point.
+capture::Camera<AcquisitionSpace> relativeTo(const Vec3<double>& origin,
+                                             capture::Camera<AcquisitionSpace> camera) {
+  const auto& pose = camera.cameraFromWorld;
+  camera.cameraFromWorld = {pose.rotation(), pose.translation() + pose.rotation() * origin};
+  return camera;
+}
+
+// Geometry and fringe in one mesh, the fringe last.
+TriangleMesh joined(const Lumigraph& lumigraph, const Vec3<double>& origin) {
+  TriangleMesh result = lumigraph.geometry;
+  const auto shift = static_cast<uint32_t>(result.positions.size());
+  result.positions.insert(result.positions.end(), lumigraph.fringe.positions.begin(),
+                          lumigraph.fringe.positions.end());
+  for (const auto& [a, b, c] : lumigraph.fringe.triangles)
+    result.triangles.push_back({a + shift, b + shift, c + shift});
+  for (auto& p : result.positions)
+    p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.cast<double>().raw() - origin));
+  return result;
+}
+
+gl::VertexArray vertexArrayOf(const TriangleMesh& joined, size_t geometryVertices) {
+  std::vector<float> fringe(joined.positions.size(), 1);
+  std::fill_n(fringe.begin(), geometryVertices, 0.f);
+  const gl::VertexAttribute attribute{1, 1, std::as_bytes(std::span(fringe))};
+  return gl::vertexArrayOf(joined, {&attribute, 1});
+}
+
+gl::Texture textureOf(const Lumigraph& lumigraph, size_t slab) {
+  const Slab& shape = lumigraph.slabs[slab];
+  gl::Texture texture({gl::Format::rgba16f, shape.width, shape.height, shape.nodes * shape.nodes});
+  for (int j = 0; j < shape.nodes; ++j)
+    for (int i = 0; i < shape.nodes; ++i)
+      texture.upload(std::as_bytes(lumigraph.picture(slab, i, j)), shape.width, shape.height,
+                     {.layer = i + j * shape.nodes});
+  return texture;
+}
+
+void setSlabs(gl::Program& program, const Lumigraph& lumigraph, const Vec3<double>& middle) {
+  const auto pair = [](double x, double y) {
+    return Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y));
+  };
+  for (size_t k = 0; k < kSlabs; ++k) {
+    const Slab& slab = lumigraph.slabs[k];
+    const auto name = [&](std::string array) {
+      return array.append("[").append(std::to_string(k)).append("]");
+    };
+    const double u = middle[slab.uAxis()], v = middle[slab.vAxis()], n = middle[slab.axis];
+    program.set(name("stPlane"), static_cast<float>(slab.stPlane - n));
+    program.set(name("uvPlane"), static_cast<float>(slab.uvPlane - n));
+    program.set(name("stLow"), pair(slab.stLow[0] - u, slab.stLow[1] - v));
+    program.set(name("stSpacing"), pair(slab.stSpacing[0], slab.stSpacing[1]));
+    program.set(name("uvLow"), pair(slab.uvLow[0] - u, slab.uvLow[1] - v));
+    program.set(name("uvSize"), pair(slab.uvSpacing * slab.width, slab.uvSpacing * slab.height));
+  }
+  program.set("nodes", lumigraph.slabs[0].nodes);
+  program.set("overlap", static_cast<float>(lumigraph.overlap));
+  program.set("filledWeight", static_cast<float>(kFilledWeight));
+  program.set("exactOutline", lumigraph.exactOutline ? 1 : 0);
+}
+
+// Means of squares of samples x samples pixels.
+image::Image averaged(const image::Image& picture, int samples) {
+  if (samples == 1) return picture;
+  image::Image result(picture.width / samples, picture.height / samples, picture.channels);
+  const float share = 1 / static_cast<float>(samples * samples);
+  for (int y = 0; y < result.height * samples; ++y)
+    for (int x = 0; x < result.width * samples; ++x) {
+      const std::span<const float> from = picture.at(x, y);
+      const std::span<float> to = result.at(x / samples, y / samples);
+      for (size_t channel = 0; channel < to.size(); ++channel) to[channel] += share * from[channel];
+    }
+  return result;
+}
+
+} // namespace
+
+LumigraphFrame::Target::Target(int width, int height)
+    : color({gl::Format::rgba32f, width, height}), depth({gl::Format::depth32f, width, height}),
+      framebuffer("lumigraph", {{&color}}, {&depth}) {}
+
+LumigraphFrame::LumigraphFrame(const Lumigraph& lumigraph)
+    : middle_(boundsOf(lumigraph.geometry.positions).center()),
+      box_(boundsOf(joined(lumigraph, middle_).positions)),
+      geometry_(vertexArrayOf(joined(lumigraph, middle_), lumigraph.geometry.positions.size())),
+      depth_(kShaders, {"depth.vert", "depth.frag"}), shade_(kShaders, {"lumigraph.vert", "lumigraph.frag"}) {
+  for (size_t k = 0; k < kSlabs; ++k) {
+    pictures_.push_back(textureOf(lumigraph, k));
+    textureBytes_ += std::span(lumigraph.texels[k]).size_bytes();
+  }
+  setSlabs(shade_, lumigraph, middle_);
+}
+
+image::Image LumigraphFrame::render(const capture::Camera<AcquisitionSpace>& camera, int samples,
+                                    std::map<std::string, double>& seconds) {
+  assert(samples >= 1);
+  capture::Camera<AcquisitionSpace> sampled = relativeTo(middle_, camera);
+  const int width = samples * camera.lens.width, height = samples * camera.lens.height;
+  sampled.lens = capture::resized(camera.lens, width, height);
+  const Eigen::Matrix4f clipFromObject = gl::clipFromWorld(sampled, box_);
+  if (!target_ || target_->color.shape().width != width || target_->color.shape().height != height) {
+    target_.reset();
+    target_.emplace(width, height);
+  }
+  gl::Stopwatch stopwatch;
+  const auto lap = [&](const char* stage) {
+    seconds[stage] += stopwatch.seconds();
+    stopwatch = {};
+  };
+  gl::Framebuffer& framebuffer = target_->framebuffer;
+  framebuffer.clearColor(0, {0, 0, 0, 0});
+  framebuffer.clearDepth();
+  depth_.set("clipFromObject", clipFromObject);
+  gl::draw({framebuffer,
+            depth_,
+            {},
+            {.depth = gl::Compare::less, .writeDepth = true, .writeColor = {false, false, false, false}}},
+           geometry_);
+  lap("depth");
+  shade_.set("clipFromObject", clipFromObject);
+  shade_.set("viewerObject", Eigen::Vector3f(sampled.center().raw().cast<float>()));
+  std::array<const gl::Texture*, kSlabs> pictures{};
+  for (size_t k = 0; k < kSlabs; ++k) pictures[k] = &pictures_[k];
+  gl::draw({framebuffer, shade_, pictures, {.depth = gl::Compare::equal}}, geometry_);
+  lap("shade");
+  image::Image picture = averaged(target_->color.read(), samples);
+  lap("read");
+  return picture;
+}
+
+} // namespace surflect::lumigraph

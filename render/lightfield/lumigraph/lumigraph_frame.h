@@ -1,0 +1,56 @@
+// Frames of a lumigraph by OpenGL: radianceAt() (reconstruction.h) at the geometry's nearest point in each
+// pixel, in single precision. renderReference() (reference.h) is the plain form.
+#pragma once
+
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+#include "render/lightfield/lumigraph/lumigraph.h"
+#include "srf/capture/camera.h"
+#include "srf/image/image.h"
+#include "surfel/math/space.h"
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect::lumigraph {
+
+// Belongs to the current context, as the objects of render/gl do.
+class LumigraphFrame {
+public:
+  // Uploads a lumigraph, which is not needed afterwards. Throws Error if a driver's limit or memory is
+  // exceeded.
+  explicit LumigraphFrame(const Lumigraph& lumigraph);
+
+  // RGBA, premultiplied; a pixel shows what is at its centre. With samples > 1, a pixel is the mean of that
+  // many times as many in each direction. Adds seconds by stage. Throws Error for a camera that is not a
+  // pinhole or distorts.
+  image::Image render(const capture::Camera<AcquisitionSpace>& camera, int samples,
+                      std::map<std::string, double>& seconds);
+
+  size_t triangles() const { return geometry_.size() / 3; }
+  size_t textureBytes() const { return textureBytes_; }
+
+private:
+  struct Target {
+    gl::Texture color, depth;
+    gl::Framebuffer framebuffer;
+    Target(int width, int height);
+  };
+
+  Vec3<double> middle_;     // of the geometry: positions on the GPU are relative to it
+  Eigen::AlignedBox3d box_; // of these positions
+  gl::VertexArray geometry_;
+  std::vector<gl::Texture> pictures_; // by slab
+  gl::Program depth_, shade_;
+  std::optional<Target> target_;
+  size_t textureBytes_ = 0;
+};
+
+} // namespace surflect::lumigraph
