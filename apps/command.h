@@ -39,6 +39,7 @@ void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);
+void addLightFieldCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
 
 } // namespace surflect

@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
   addRenderCommand(app, work);
   addEvaluateCommand(app, work);
   addChartCommand(app, work);
+  addLightFieldCommand(app, work);
   addInspectCommand(app, work);
   bool json = false;
   const size_t processors = std::max(1u, std::thread::hardware_concurrency());

@@ -46,7 +46,7 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
   command
       .add_option_function<size_t>(
           "--cache-mb", [&options](size_t megabytes) { options.cacheBytes = megabytes << 20; },
-          "memory for decoded blocks")
+          "memory for decoded blocks or textures")
       ->default_str("1024")
       ->check(CLI::Range(size_t{0}, size_t{1} << 24));
   std::vector<std::string> simd{"auto"};

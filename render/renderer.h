@@ -31,7 +31,7 @@ struct RendererOptions {
   std::optional<bool> foreshortened = {};
   bool nearest = false;                // the nearest camera and light alone, without fading: a baseline
   double lowPass = 0.44;               // least standard deviation of a splat, pixels
-  size_t cacheBytes = size_t{1} << 30; // for decoded reflectance
+  size_t cacheBytes = size_t{1} << 30; // for decoded reflectance, or textures on the GPU
 };
 
 struct Description {

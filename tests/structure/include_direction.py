@@ -16,6 +16,7 @@ CAPTURE = SURFEL + ["srf/image", "srf/capture"]
 PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
 ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/ulr", "srf/shading"]
 SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/ulr", "warp", "render/scene"]
+LIGHT_FIELD = SURFEL + SCENE + ["srf/proxy", "render/knobs", "render", "render/gl", "render/lightfield/common"]
 LIBRARY = ["surfel", "srf", "warp", "render"]
 BELOW = {
     "surfel/base": [],
@@ -41,12 +42,14 @@ BELOW = {
     "render/knobs": ["surfel/base"],
     "render": SCENE + ["render/knobs"],  # the interface of renderers
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat"],
-    "render/renderer.cpp": SCENE + ["srf/model", "render/knobs", "render", "render/surfels"],  # opens the renderer that a model asks for
+    "render/renderer.cpp": LIGHT_FIELD + ["srf/model", "render/surfels", "render/lightfield/slf", "render/lightfield/lumigraph"],  # opens the renderer that a model asks for
     "render/control": ["surfel/base", "srf/image", "render/knobs", "render"],
     "render/film": SURFEL + SCENE + ["render/knobs", "render"],
     "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
     "render/gl": CAPTURE,
     "render/lightfield/common": SCENE + SURFEL + ["srf/proxy"],
+    "render/lightfield/slf": LIGHT_FIELD,
+    "render/lightfield/lumigraph": LIGHT_FIELD,
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

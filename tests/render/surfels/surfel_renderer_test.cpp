@@ -130,9 +130,11 @@ TEST(WorkOf, TabulatedLightsCostLessThanOthers) {
 TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   image::TemporaryFolder folder;
   image::writeBytes(folder / "manifest.json", R"({"format": "spherical"})");
-  EXPECT_EQ(image::errorOf([&] { render::openRenderer(folder.path()); }),
-            (folder / "manifest.json").string() +
-                ": format: found \"spherical\", expected \"surflect model\"");
+  EXPECT_EQ(
+      image::errorOf([&] { render::openRenderer(folder.path()); }),
+      (folder / "manifest.json").string() +
+          ": format: found \"spherical\", expected \"surflect model\", \"surflect surface light field\" or "
+          "\"surflect lumigraph\"");
 }
 
 } // namespace

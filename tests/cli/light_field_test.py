@@ -1,0 +1,156 @@
+"""`surflect lightfield`: surface light fields and lumigraphs from views, through build, evaluate, render and compare."""
+
+import json
+import shutil
+import unittest
+
+from support import TestInFolder, content, run, succeed
+
+# A glossy lumpy ball from all sides under one light.
+STAGE = """
+samples = 16
+transport = "direct"
+[camera]
+model = "pinhole"
+size = [48, 48]
+distance = 5
+fov_deg = 27
+[views]
+count = 32
+test = 4
+[lights]
+count = 1
+irradiance = [3, 3, 3]
+[[material]]
+name = "glaze"
+type = "ward"
+diffuse = [0.6, 0.3, 0.2]
+specular = [0.1, 0.1, 0.1]
+alpha = 0.3
+[[object]]
+type = "bumpy_sphere"
+material = "glaze"
+radius = 0.9
+amplitude = 0.1
+frequency = 4
+segments = 48
+"""
+
+SCRIPT = """
+model = "{model}"
+[frames]
+first = 1
+last = 2
+[output]
+size = [60, 40]
+path = "frame.#.exr"
+[camera]
+position = ["4 + s", -1, 1]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+fov_deg = 32
+"""
+
+
+class LightField(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.views = cls.folder / "views"
+        (cls.folder / "stage.toml").write_text(STAGE)
+        succeed("capture", cls.folder / "stage.toml", "-o", cls.views)
+        cls.reports = {
+            "slf": succeed("lightfield", "build", "slf", cls.views, "-o", cls.folder / "ball.slf", "--regions", "30"),
+            "lumigraph": succeed("lightfield", "build", "lumigraph", cls.views, "-o", cls.folder / "ball.lum", "--like",
+                                 cls.folder / "ball.slf", "--st", "5")}
+        cls.models = [cls.folder / "ball.slf", cls.folder / "ball.lum"]
+
+    def script(self, model, more=""):
+        script = self.folder / f"{model.name}.toml"
+        script.write_text(SCRIPT.format(model=model) + more)
+        return script
+
+    def assert_refused(self, said, *arguments):
+        result = run(*arguments)
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"(?m)^surflect: [^\n]+\n\Z")
+        self.assertIn(said, result.stderr)
+
+    def test_the_reports_count_texels(self):
+        slf, lumigraph = self.reports["slf"], self.reports["lumigraph"]
+        self.assertEqual(slf["photographs"], 32)
+        self.assertLess(slf["atlas"]["redundancy"], 1.3)
+        self.assertLessEqual(lumigraph["texels"], slf["texels"])
+        self.assertGreater(lumigraph["texels"], 0.9 * slf["texels"])
+        self.assertEqual(len(lumigraph["slabs"]), 6)
+
+    def test_held_out_views_are_met_by_every_model(self):
+        packed = self.folder / "ball.srf"
+        succeed("pack", self.views, "-o", packed, "--surfels", "4000")
+        rows = succeed("lightfield", "compare", packed, *self.models, "--views", self.views, "--nearest")["models"]
+        scores = [row["psnr_linear_db"] for row in rows]
+        self.assertEqual([row["name"] for row in rows], [str(packed), *map(str, self.models), "nearest view"])
+        self.assertGreater(min(scores), 25)  # wrong cameras or mirrored textures give less than 20
+        self.assertEqual([len(row["frames"]) for row in rows], [4] * 4)
+        self.assertGreater(rows[1]["passes"], 0)
+        self.assertNotIn("bytes", rows[3])
+        self.assert_refused("no nearest view", "lightfield", "compare", self.models[0], "--views", self.views, "--nearest")
+
+    def test_evaluate_and_compare_agree(self):
+        for model in self.models:
+            evaluated = succeed("evaluate", model, self.views)
+            compared = succeed("lightfield", "compare", model, "--views", self.views)["models"][0]
+            self.assertEqual(evaluated["psnr_linear_db"], compared["psnr_linear_db"])
+
+    def test_scripts_are_rendered_and_timed(self):
+        for model in self.models:
+            script = self.script(model)
+            succeed("render", script, "-o", self.folder / "film")
+            first = content(self.folder / "film")
+            succeed("render", script, "-o", self.folder / "film")
+            self.assert_same_files(content(self.folder / "film"), first)
+            report = succeed("lightfield", "benchmark", script, "--rounds", "2")
+            self.assertEqual(report["frames"], 4)
+            self.assertGreater(report["frame_ms"]["least"], 0)
+
+    def test_other_light_and_warps_are_refused(self):
+        light = '[[light]]\ntype = "directional"\ndirection = [0, 0, 1]\n'
+        warp = '[[warp]]\ntype = "scale"\nfactor = [1, 1, 2]\n'
+        for model in self.models:
+            for more, said in ((light, "baked"), (warp, "bent")):
+                self.assert_refused(said, "render", self.script(model, more), "-o", self.folder / "none")
+
+    def test_the_same_build_gives_the_same_bytes_for_any_number_of_threads(self):
+        for kind, model, options in (("slf", self.models[0], ["--regions", "30"]),
+                                     ("lumigraph", self.models[1], ["--like", self.models[0], "--st", "5"])):
+            again = self.folder / f"again.{kind}"
+            succeed("lightfield", "build", kind, self.views, "-o", again, *options, "--threads", "1")
+            self.assert_same_files(content(again), content(model))
+
+    def test_damaged_folders_are_one_line(self):
+        for model in self.models:
+            broken = self.folder / "broken"
+            for file in model.iterdir():
+                shutil.rmtree(broken, ignore_errors=True)
+                shutil.copytree(model, broken)
+                (broken / file.name).write_bytes(file.read_bytes()[:-9])
+                self.assert_refused(file.name, "lightfield", "compare", broken, "--views", self.views)
+
+    def test_what_cannot_be_built_is_one_line(self):
+        out = ["-o", self.folder / "none"]
+        self.assert_refused("not a light field", "lightfield", "build", "slf", self.views, "-o", self.views)
+        self.assert_refused("format", "lightfield", "build", "lumigraph", self.views, *out, "--like", self.models[1])
+        capture = json.loads((self.views / "transforms.json").read_text())
+        for frame in capture["frames"]:
+            frame["split"] = "test"
+        (self.folder / "held").mkdir()
+        (self.folder / "held" / "transforms.json").write_text(json.dumps(capture))
+        for file in self.views.iterdir():
+            if file.name != "transforms.json":
+                (shutil.copytree if file.is_dir() else shutil.copy)(file, self.folder / "held" / file.name)
+        for kind in ("slf", "lumigraph"):
+            self.assert_refused("training frames", "lightfield", "build", kind, self.folder / "held", *out)
+
+
+if __name__ == "__main__":
+    unittest.main()

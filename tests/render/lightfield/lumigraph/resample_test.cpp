@@ -1,0 +1,106 @@
+#include "render/lightfield/lumigraph/resample.h"
+
+#include "tests/render/lightfield/lumigraph/synthetic_lumigraph.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <numeric>
+
+namespace surflect::lumigraph {
+namespace {
+
+// Line from outside through a point of the unit sphere, towards it along -towards.
+Line lineTo(const Vec3<double>& p, const Vec3<double>& towards) {
+  return {assume<Point>(Vec3<double>(p + 10 * towards)), assume<Direction>(Vec3<double>(-towards))};
+}
+
+class ResamplerTest : public ::testing::Test {
+protected:
+  const lightfield::Views& photographed(const studio::Studio& studio) {
+    studio::photograph(studio, folder_.path());
+    return views_.emplace(folder_.path());
+  }
+  image::TemporaryFolder folder_;
+  std::optional<lightfield::Views> views_;
+};
+
+TEST_F(ResamplerTest, GivesTheRadianceOfAMatteObject) {
+  const lightfield::Views& views = photographed({.cameras = 30, .lights = 0, .size = 64});
+  for (const bool nearest : {false, true}) {
+    const Resampler resampler(views, {.nearest = nearest});
+    std::mt19937 random(1);
+    double worst = 0;
+    for (int n = 0; n < 300; ++n) {
+      const Vec3<double> p = randomUnit(random);
+      const Vec3<double> towards = (p + 0.7 * randomUnit(random)).normalized();
+      const Sample sample = resampler.at(lineTo(p, towards));
+      ASSERT_EQ(sample.kind, Sample::Kind::seen);
+      const Rgb truth = studio::fixedRadiance(p.cast<float>());
+      worst = std::max(
+          worst, static_cast<double>(
+                     (sample.color - Eigen::Vector3f(truth.r, truth.g, truth.b)).cwiseAbs().maxCoeff()));
+    }
+    EXPECT_LE(worst, 0.03);
+  }
+}
+
+TEST_F(ResamplerTest, MissesWhatIsNotThere) {
+  const Resampler resampler(photographed({.cameras = 4, .lights = 0, .size = 16}), {});
+  EXPECT_EQ(resampler.at({Point(0, 5, 1.5), Direction(0, -1, 0)}).kind, Sample::Kind::missed);
+}
+
+// Only the first view is for training; it looks from one side.
+TEST_F(ResamplerTest, AsksTrainingViewsAloneAndTellsWhereNoneSees) {
+  const lightfield::Views& views =
+      photographed({.cameras = 6, .lights = 0, .size = 40, .split = [](size_t view, size_t) {
+                      return std::optional(view == 0 ? capture::Split::train : capture::Split::test);
+                    }});
+  const Resampler resampler(views, {});
+  const Vec3<double> front = views.camera(0).center().raw().normalized();
+  EXPECT_EQ(resampler.at(lineTo(front, front)).kind, Sample::Kind::seen);
+  EXPECT_EQ(resampler.at(lineTo(-front, -front)).kind, Sample::Kind::unseen);
+}
+
+TEST_F(ResamplerTest, SeesALineThroughACameraAsItsPhotographDoes) {
+  const lightfield::Views& views = photographed({.cameras = 20, .lights = 0, .size = 48});
+  const Resampler blending(views, {}), nearest(views, {.nearest = true});
+  const lightfield::Photographs photographs(views, views.ofSplit(capture::Split::train));
+  for (size_t view = 0; view < views.size(); ++view) {
+    const Point center = views.camera(view).center();
+    for (const double offset : {0., 0.2, 0.4}) {
+      const Direction direction = normalized(Point(offset, 0, 0) - center);
+      const auto hit = views.rays().firstHit(center, direction);
+      const Eigen::Vector3f shown =
+          photographs.at(view, *views.camera(view).project(center + hit->distance * direction)).head<3>();
+      EXPECT_LE((nearest.at({center, direction}).color - shown).norm(), 1e-5f);
+      EXPECT_LE((blending.at({center, direction}).color - shown).norm(), 1e-4f);
+    }
+  }
+}
+
+TEST_F(ResamplerTest, FillsPicturesBesideTheObjectWithoutBlack) {
+  const lightfield::Views& views = photographed({.cameras = 20, .lights = 0, .size = 40});
+  const Resampler resampler(views, {});
+  const Slab slab = slabsAround(views.mesh(), {.nodes = 3, .texels = 40000})[0];
+  Tally tally;
+  const std::vector<Texel> picture = resampler.picture(slab, 1, 1, tally);
+  ASSERT_EQ(picture.size(), slab.nodeTexels());
+  size_t covered = 0;
+  for (const Texel& texel : picture) {
+    EXPECT_TRUE(texel[3] == 0 || texel[3] == image::nearestHalf(1));
+    covered += texel[3] != 0;
+    EXPECT_GT(image::floatOfHalf(texel[0]), 0.1f); // the darkest radiance is 0.18
+  }
+  EXPECT_EQ(covered, tally.seen + tally.unseen);
+  EXPECT_EQ(picture.size() - covered, tally.missed);
+  EXPECT_EQ(tally.unseen, 0u);
+  EXPECT_GT(tally.missed, 0u);
+}
+
+TEST_F(ResamplerTest, ANumberOfViewsOutOfRangeIsAnError) {
+  const lightfield::Views& views = photographed({.cameras = 4, .lights = 0, .size = 16});
+  EXPECT_THROW(Resampler(views, {.views = 0}), Error);
+  EXPECT_THROW(Resampler(views, {.views = 17}), Error);
+}
+
+} // namespace
+} // namespace surflect::lumigraph

@@ -1,0 +1,155 @@
+#include "render/lightfield/slf/field_file.h"
+
+#include "tests/srf/image/files.h"
+#include "tests/support/box_capture.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace surflect::slf {
+namespace {
+
+constexpr int kSide = 4;
+constexpr uint64_t kTexels = 6 * 5 * kSide * kSide;
+
+struct Sample {
+  Field field;
+  TexturePlaces places;
+};
+
+// A cube with six regions; two of them have their own directions. Five textures of each are stored.
+Sample sample() {
+  Sample result;
+  result.field.mesh = boxes::unitCube();
+  result.field.directionMeshes.emplace_back(octahedronDirections(0));
+  result.field.directionMeshes.emplace_back(octahedronDirections(1));
+  uint64_t place = 0;
+  for (Chart& chart : boxes::faceCharts(result.field.mesh, kSide)) {
+    const auto mesh = static_cast<uint32_t>(result.field.regions.size() % 3 == 1);
+    result.field.regions.push_back({std::move(chart), mesh});
+    auto& places =
+        result.places.emplace_back(result.field.directionMeshes[mesh].directions().size(), kNotStored);
+    for (size_t i = 0; i < 5; ++i) places[i] = std::exchange(place, place + kSide * kSide);
+  }
+  return result;
+}
+
+std::vector<std::byte> bytesOf(const Sample& sample) { return fieldBytes(sample.field, sample.places); }
+
+std::string errorOfBytes(std::span<const std::byte> bytes, uint64_t texels = kTexels) {
+  return image::errorOf([&] { parseField(bytes, boxes::unitCube(), texels); });
+}
+
+// The error of a sample with one thing changed.
+std::string errorWith(const std::function<void(Sample&)>& change) {
+  Sample changed = sample();
+  change(changed);
+  return errorOfBytes(bytesOf(changed));
+}
+
+TEST(FieldFile, ReadingReturnsWhatWasWritten) {
+  const Sample before = sample();
+  const StoredField after = parseField(bytesOf(before), boxes::unitCube(), kTexels);
+  EXPECT_EQ(after.places, before.places);
+  EXPECT_EQ(after.field.mesh.triangles, before.field.mesh.triangles);
+  ASSERT_EQ(after.field.directionMeshes.size(), before.field.directionMeshes.size());
+  for (size_t i = 0; i < before.field.directionMeshes.size(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(after.field.directionMeshes[i].directions(),
+                                   before.field.directionMeshes[i].directions()));
+    EXPECT_TRUE(std::ranges::equal(after.field.directionMeshes[i].triangles(),
+                                   before.field.directionMeshes[i].triangles()));
+  }
+  ASSERT_EQ(after.field.regions.size(), before.field.regions.size());
+  for (size_t i = 0; i < before.field.regions.size(); ++i) {
+    const Region &a = after.field.regions[i], &b = before.field.regions[i];
+    EXPECT_EQ(a.directionMesh, b.directionMesh);
+    EXPECT_EQ(a.chart.vertices, b.chart.vertices);
+    EXPECT_EQ(a.chart.coordinates, b.chart.coordinates);
+    EXPECT_EQ(a.chart.triangles, b.chart.triangles);
+    EXPECT_EQ(a.chart.meshTriangles, b.chart.meshTriangles);
+    EXPECT_EQ(a.chart.width, b.chart.width);
+    EXPECT_EQ(a.chart.height, b.chart.height);
+  }
+  EXPECT_EQ(fieldBytes(after.field, after.places), bytesOf(before));
+}
+
+TEST(FieldFile, EveryTruncationIsRefused) {
+  const std::vector<std::byte> bytes = bytesOf(sample());
+  for (size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_NE(errorOfBytes(std::span(bytes).first(size)), "");
+}
+
+TEST(FieldFile, FurtherBytesAreRefused) {
+  std::vector<std::byte> bytes = bytesOf(sample());
+  bytes.push_back(std::byte{0});
+  EXPECT_EQ(errorOfBytes(bytes), "end: found 1 more bytes, expected the end");
+}
+
+TEST(FieldFile, EveryDamagedByteIsRefusedOrStillAValidField) {
+  const std::vector<std::byte> bytes = bytesOf(sample());
+  for (size_t i = 0; i < bytes.size(); ++i)
+    for (const int value : {0x01, 0xff}) {
+      std::vector<std::byte> damaged = bytes;
+      damaged[i] = static_cast<std::byte>(value);
+      try {
+        const StoredField stored = parseField(damaged, boxes::unitCube(), kTexels);
+        size_t triangles = 0;
+        for (const Region& region : stored.field.regions) {
+          triangles += region.chart.meshTriangles.size();
+          ASSERT_LT(region.directionMesh, stored.field.directionMeshes.size());
+          for (const Vec2<float>& uv : region.chart.coordinates)
+            ASSERT_TRUE(uv.minCoeff() >= 0 && uv.maxCoeff() <= 1);
+        }
+        ASSERT_EQ(triangles, 12u);
+      } catch (const Error& error) {
+        EXPECT_FALSE(error.field().empty()) << error.what();
+      }
+    }
+}
+
+TEST(FieldFile, ErrorsNameTheField) {
+  static constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(errorWith([](Sample& s) {
+              s.field.regions[1].chart.coordinates[2] = {kNan, 0.5f};
+            }),
+            "regions[1].coordinates[2]: found nan, expected 0..1");
+  EXPECT_EQ(errorWith([](Sample& s) {
+              s.field.regions[1].chart.coordinates[0] = {0.5f, 1.5f};
+            }),
+            "regions[1].coordinates[0]: found 1.5, expected 0..1");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[2].directionMesh = 2; }),
+            "regions[2].directionMesh: found 2, expected 0..1");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[0].chart.width = 0; }),
+            "regions[0].width: found 0, expected 1..16384");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[0].chart.vertices[1] = 8; }),
+            "regions[0].vertices[1]: found 8, expected below 8");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[0].chart.triangles[1][0] = 4; }),
+            "regions[0].triangles[1][0]: found 4, expected below 4");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[0].chart.meshTriangles[1] = 12; }),
+            "regions[0].meshTriangles[1]: found 12, expected below 12");
+  EXPECT_EQ(errorWith([](Sample& s) {
+              std::swap(s.field.regions[0].chart.vertices[0], s.field.regions[0].chart.vertices[1]);
+            }).substr(0, 24),
+            "regions[0].triangles[0]:");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[5] = s.field.regions[0]; }).substr(0, 28),
+            "regions[5].meshTriangles[0]:");
+  EXPECT_EQ(errorWith([](Sample& s) { s.field.regions.pop_back(); }).substr(0, 8), "regions:");
+  EXPECT_EQ(errorWith([](Sample& s) { s.places[3][4] = kTexels - kSide * kSide + 1; }),
+            "regions[3].textures[4]: found 16 texels at 465, expected within the 480 texels of textures.bin");
+  EXPECT_NE(errorOfBytes(bytesOf(sample()), kTexels - 1), "");
+}
+
+TEST(FieldFile, DirectionsThatAreNoMeshAreRefused) {
+  std::vector<std::byte> bytes = bytesOf(sample());
+  const double two = 2;
+  std::memcpy(bytes.data() + 9 + 8 + 8, &two, sizeof two); // x of the first direction
+  EXPECT_EQ(errorOfBytes(bytes), "directionMeshes[0].directions[0]: found length 2, expected length 1");
+}
+
+} // namespace
+} // namespace surflect::slf

@@ -1,0 +1,158 @@
+#include "render/lightfield/slf/slf_renderer.h"
+
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/slf/build.h"
+#include "render/lightfield/slf/reference.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace surflect::slf {
+namespace {
+
+constexpr int kSize = 48;
+
+// A matte sphere, built once.
+class SlfRendererTest : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<image::TemporaryFolder>();
+    studio::photograph({.cameras = 30, .lights = 0, .size = kSize}, *folder_ / "capture");
+    build(lightfield::Views(*folder_ / "capture"), {.regions = 20, .texels = 4000, .directions = 18},
+          *folder_ / "field");
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static scene::Scene sceneFrom(const Vec3<double>& direction, const warp::Warp& warp) {
+    return {warp, studio::cameraFrom<ObjectSpace>(direction, kSize), {}};
+  }
+
+  static inline std::unique_ptr<image::TemporaryFolder> folder_;
+  const warp::WarpPointer rest_ = warp::chainWarp({});
+};
+
+TEST_F(SlfRendererTest, ShowsTheObjectFromNewViewpoints) {
+  SlfRenderer renderer(*folder_ / "field");
+  for (const Vec3<double>& direction :
+       {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1), Vec3<double>(0, -1, 0.1)}) {
+    const image::Image found = renderer.render(sceneFrom(direction, *rest_)).color;
+    const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, kSize);
+    const image::Image truth = studio::overBlack(studio::viewSphere(camera, 1), studio::fixedRadiance);
+    ASSERT_EQ(found.values.size(), truth.values.size());
+    double squares = 0;
+    size_t covered = 0;
+    for (size_t i = 0; i < truth.values.size(); i += 4) {
+      if (truth.values[i + 3] == 0 || found.values[i + 3] == 0) continue;
+      ++covered;
+      for (size_t channel = 0; channel < 3; ++channel)
+        squares += std::pow(static_cast<double>(truth.values[i + channel] - found.values[i + channel]), 2);
+    }
+    EXPECT_GT(covered, 800u);
+    EXPECT_LE(std::sqrt(squares / (3 * static_cast<double>(covered))), 0.02);
+  }
+}
+
+TEST_F(SlfRendererTest, AgreesWithTheReferenceOnAStoredField) {
+  SlfRenderer renderer(*folder_ / "field");
+  const OpenedField opened = openField(*folder_ / "field");
+  const Reference reference(opened.field, *opened.textures);
+  const image::Image found = renderer.render(sceneFrom({2, 1, 1}, *rest_)).color;
+  const image::Image expected =
+      reference.render(studio::cameraFrom<AcquisitionSpace>({2, 1, 1}, kSize)).color;
+  size_t different = 0;
+  for (size_t i = 0; i < expected.values.size(); ++i)
+    different += std::abs(found.values[i] - expected.values[i]) > 1e-4f;
+  EXPECT_LE(different, 8u); // two pixels at the silhouette
+}
+
+TEST_F(SlfRendererTest, DescribesItself) {
+  const SlfRenderer renderer(*folder_ / "field");
+  const render::Description& description = renderer.describe();
+  EXPECT_EQ(description.rig.views.size(), 30u);
+  EXPECT_GE(description.counts.at("regions"), 10u);
+  EXPECT_GT(description.counts.at("textures"), description.counts.at("regions"));
+  EXPECT_EQ(description.points.size(), openField(*folder_ / "field").field.mesh.positions.size());
+  EXPECT_LT(description.middle.raw().norm(), 0.05);
+  EXPECT_NE(description.identity, SlfRenderer(*folder_ / "field", {.samples = 2}).describe().identity);
+  EXPECT_EQ(description.identity,
+            SlfRenderer(*folder_ / "field", {.slots = {0, CachePolicy::lru}}).describe().identity);
+}
+
+TEST_F(SlfRendererTest, ReportsWhatAFrameTook) {
+  SlfRenderer renderer(*folder_ / "field");
+  const render::FrameReport first = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  const render::FrameReport second = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  EXPECT_LT(first.counts.at("passes"), 0.5 * first.counts.at("passes_all"));
+  EXPECT_EQ(first.counts.at("texture_misses"), first.counts.at("passes"));
+  EXPECT_EQ(second.counts.at("texture_misses"), 0);
+  EXPECT_GT(first.seconds.at("draw"), 0);
+  EXPECT_FALSE(first.remark.has_value());
+  const scene::Scene away{*rest_, studio::cameraFrom<ObjectSpace>({1, 0, 0}, kSize), {}};
+  scene::Scene turned = away;
+  turned.camera.cameraFromWorld =
+      Rigid<CameraSpace, CameraSpace>(Eigen::AngleAxisd(3.14159, Vec3<double>::UnitY()).toRotationMatrix(),
+                                      Vec3<double>::Zero()) *
+      away.camera.cameraFromWorld;
+  EXPECT_EQ(renderer.render(turned).report.remark, "no part of the object is visible");
+}
+
+TEST_F(SlfRendererTest, SamplesSmoothTheSilhouetteAlone) {
+  SlfRenderer single(*folder_ / "field"), several(*folder_ / "field", {.samples = 3});
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image one = single.render(scene).color, nine = several.render(scene).color;
+  ASSERT_EQ(one.values.size(), nine.values.size());
+  size_t partly = 0;
+  for (size_t i = 0; i < one.values.size(); i += 4) {
+    const float alpha = nine.values[i + 3];
+    partly += alpha > 0 && alpha < 0.999f;
+    if (alpha > 0.999f) {
+      EXPECT_NEAR(nine.values[i], one.values[i], 0.02);
+    }
+  }
+  EXPECT_GT(partly, 50u);
+  EXPECT_EQ(image::errorOf([&] { SlfRenderer(*folder_ / "field", {.samples = 0}); }),
+            "samples: found 0, expected 1..8");
+}
+
+TEST_F(SlfRendererTest, AovsAreThoseThatAreAsked) {
+  SlfRenderer renderer(*folder_ / "field", {.samples = 2});
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  EXPECT_TRUE(renderer.render(scene).aovs.empty());
+  const auto layers = renderer.render(scene, {"depth", "observed", "normal"});
+  ASSERT_EQ(layers.aovs.size(), 2u);
+  const image::Image &depth = layers.aovs.at("depth"), &observed = layers.aovs.at("observed");
+  const auto middle = static_cast<size_t>(kSize / 2 * kSize + kSize / 2);
+  EXPECT_NEAR(depth.values[middle], studio::cameraDistance - 1, 0.05);
+  EXPECT_TRUE(std::isinf(depth.values[0]));
+  EXPECT_GT(observed.values[middle], 0.5f);
+  EXPECT_EQ(observed.values[0], 0);
+}
+
+TEST_F(SlfRendererTest, LightsAndWarpsAreRefused) {
+  SlfRenderer renderer(*folder_ / "field");
+  scene::Scene lit = sceneFrom({1, 0, 0}, *rest_);
+  lit.lights.emplace_back(scene::ShotDirectionalLight{{0, 0, 1}, {1, 1, 1}});
+  EXPECT_THROW(renderer.render(lit), Error);
+  const warp::WarpPointer larger = warp::scaleWarp({2, 2, 2}, {0, 0, 0});
+  EXPECT_THROW(renderer.render(sceneFrom({1, 0, 0}, *larger)), Error);
+}
+
+TEST_F(SlfRendererTest, SeveralRenderersShareTheThreadsContext) {
+  SlfRenderer a(*folder_ / "field"), b(*folder_ / "field");
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const std::vector<float> before = a.render(scene).color.values;
+  EXPECT_EQ(b.render(scene).color.values, before);
+  EXPECT_EQ(a.render(scene).color.values, before);
+}
+
+TEST_F(SlfRendererTest, AnotherFolderIsRefused) {
+  EXPECT_THROW(SlfRenderer(*folder_ / "capture"), Error);
+  EXPECT_THROW(SlfRenderer(*folder_ / "nothing"), Error);
+}
+
+} // namespace
+} // namespace surflect::slf

@@ -1,0 +1,118 @@
+#include "render/lightfield/slf/resample.h"
+
+#include "render/lightfield/slf/used_directions.h"
+#include "srf/image/half_float.h"
+#include "tests/support/box_capture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace surflect::slf {
+namespace {
+
+constexpr int kSide = 12;
+
+// The upper face of a cube with a plate above it, photographed from straight above and around there, so that
+// nothing sees the middle of the face.
+struct HiddenMiddle {
+  image::TemporaryFolder folder;
+  lightfield::Views views;
+  Chart chart;
+  std::vector<TexelPoint> points;
+  Observations observations;
+  DirectionMesh directions{octahedronDirections(1)};
+
+  static const std::filesystem::path& shot(const image::TemporaryFolder& folder) {
+    TriangleMesh mesh = boxes::unitCube();
+    boxes::addBox(mesh, {-0.2f, -0.2f, 0.55f}, {0.2f, 0.2f, 0.6f});
+    const auto radiance = [](const Vec3<double>& place, const Vec3<double>&) {
+      return place[2] > 0.52 ? Rgb{50, 50, 50} : Rgb{1, static_cast<float>(1 + place[0]), 2};
+    };
+    boxes::writeCapture(mesh, radiance, {{{0, 0, 1}, {0.1, 0, 1}, {0, 0.1, 1}, {-0.1, -0.1, 1}}, 96, 0.2},
+                        folder.path());
+    return folder.path();
+  }
+  static Chart top(const TriangleMesh& mesh) {
+    const std::vector<Chart> charts = boxes::faceCharts(mesh, kSide);
+    return *std::ranges::find_if(charts, [&](const Chart& face) {
+      return areaVector(mesh, face.meshTriangles[0]).normalized()[2] > 0.9 &&
+             std::abs(mesh.positions[face.vertices[0]].z() - 0.5f) < 1e-3f;
+    });
+  }
+  HiddenMiddle()
+      : views(shot(folder)), chart(top(views.mesh())), points(texelPoints(views.mesh(), chart)),
+        observations(points, kSide, views.mesh(), SmoothNormals(views.mesh()), Photographs(views),
+                     views.rays()) {}
+};
+
+TEST(Resample, TexelsThatNoPhotographSeesAreFilledSmoothlyAndMarked) {
+  const HiddenMiddle scene;
+  const std::vector<uint8_t> isUsed = usedDirections(scene.views.mesh(), scene.chart, scene.directions);
+  for (const Blend blend : {Blend::nearest, Blend::ulr, Blend::fitted}) {
+    const RegionTextures textures = resample(scene.observations, kSide, scene.directions, isUsed, blend);
+    EXPECT_GE(textures.unseenTexels, 9u);
+    EXPECT_FALSE(textures.isUnseen());
+    for (size_t i = 0; i < isUsed.size(); ++i) {
+      ASSERT_EQ(textures.textures[i].size(), isUsed[i] ? scene.points.size() : 0);
+      if (!isUsed[i]) continue;
+      for (size_t texel = 0; texel < scene.points.size(); ++texel) {
+        const Texel& value = textures.textures[i][texel];
+        EXPECT_NEAR(image::floatOfHalf(value[0]), 1, 2e-3) << "the plate must not bleed";
+        EXPECT_NEAR(image::floatOfHalf(value[1]), 1 + scene.points[texel].position.x(), 0.1);
+        if (scene.observations.of(texel).empty()) {
+          EXPECT_EQ(value[3], 0);
+        }
+      }
+    }
+  }
+}
+
+TEST(Resample, ATexelIsObservedWhereAPhotographIsWithinTheSpacingOfDirections) {
+  const HiddenMiddle scene;
+  const std::vector<uint8_t> isUsed(scene.directions.directions().size(), 1);
+  const RegionTextures textures = resample(scene.observations, kSide, scene.directions, isUsed, Blend::ulr);
+  for (size_t i = 0; i < isUsed.size(); ++i) {
+    double spacing = 0;
+    for (const auto& corners : scene.directions.triangles())
+      if (std::ranges::find(corners, i) != corners.end())
+        for (const uint32_t other : corners)
+          spacing = std::max(spacing, std::acos(std::min(1.0, dot(scene.directions.directions()[i],
+                                                                  scene.directions.directions()[other]))));
+    for (size_t texel = 0; texel < scene.points.size(); ++texel) {
+      double least = 4;
+      for (const Observation& o : scene.observations.of(texel))
+        least = std::min(
+            least, std::acos(o.towards.cast<double>().raw().dot(scene.directions.directions()[i].raw())));
+      if (std::abs(least - spacing) < 1e-3) continue;
+      EXPECT_EQ(textures.textures[i][texel][3] != 0, least < spacing);
+    }
+  }
+}
+
+TEST(Resample, ARegionThatNoPhotographSeesIsBlackAndNotObserved) {
+  const HiddenMiddle scene;
+  const std::vector<TexelPoint> nowhere(16);
+  const Observations none(nowhere, 4, scene.views.mesh(), SmoothNormals(scene.views.mesh()),
+                          Photographs(scene.views), scene.views.rays());
+  const std::vector<uint8_t> isUsed(scene.directions.directions().size(), 1);
+  const RegionTextures textures = resample(none, 4, scene.directions, isUsed, Blend::fitted);
+  EXPECT_TRUE(textures.isUnseen());
+  for (const auto& texture : textures.textures)
+    EXPECT_TRUE(std::ranges::all_of(texture, [](const Texel& texel) { return texel == Texel{}; }));
+}
+
+TEST(Resample, TexelsAreFiniteWhateverTheRadiance) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const Texel texel = texelOf({1e30f, -kInfinity, std::numeric_limits<float>::quiet_NaN()}, true);
+  EXPECT_EQ(image::floatOfHalf(texel[0]), 65504);
+  EXPECT_EQ(image::floatOfHalf(texel[1]), -65504);
+  EXPECT_EQ(image::floatOfHalf(texel[2]), 0);
+  EXPECT_EQ(image::floatOfHalf(texel[3]), 1);
+}
+
+} // namespace
+} // namespace surflect::slf
