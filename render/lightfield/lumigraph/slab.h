@@ -74,8 +74,9 @@ using Slabs = std::array<Slab, kSlabs>;
 struct SlabOptions {
   int nodes = 7;            // along each side of an st grid, 2..45
   size_t texels = 16617744; // of all slabs together, at most
-  double distance = 20;     // of the st planes from the middle of the box, in halves of its diagonal; 1.25 at least
-  double overlap = 0.02;    // see slabWeights()
+  double distance =
+      20; // of the st planes from the middle of the box, in halves of its diagonal; 1.25 at least
+  double overlap = 0.02; // see slabWeights()
 };
 
 // Slabs around a mesh, in the order +x, -x, +y, -y, +z, -z. All have texels of one size, as small as the
