@@ -4,31 +4,44 @@
 
 #include <meshoptimizer.h>
 
-#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstdint>
-#include <limits>
-#include <span>
+#include <utility>
 #include <vector>
 
 namespace surflect {
 
+namespace {
+
+// Largest distance that the surface may move, as a part of its extent.
+constexpr float kLargestError = 1;
+
+// The mesh with one vertex at each position: to the library, others at its place would be seams.
+TriangleMesh welded(const TriangleMesh& mesh) {
+  const std::vector<uint32_t> first = firstAtPlace(mesh);
+  TriangleMesh result = mesh;
+  for (auto& triangle : result.triangles)
+    for (uint32_t& corner : triangle) corner = first[corner];
+  return withoutUnused(std::move(result));
+}
+
+} // namespace
+
 TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles) {
   assert(triangles >= 1);
   if (mesh.triangles.size() <= triangles) return withoutUnused(mesh);
-  const std::vector<uint32_t> first = firstAtPlace(mesh);
-  std::vector<uint32_t> corners;
-  for (const auto& triangle : mesh.triangles)
-    for (const uint32_t corner : triangle) corners.push_back(first[corner]);
-  static_assert(sizeof(mesh.positions[0]) == 3 * sizeof(float));
-  const auto* positions = reinterpret_cast<const float*>(mesh.positions.data());
-  std::vector<uint32_t> kept(corners.size());
-  kept.resize(meshopt_simplify(kept.data(), corners.data(), corners.size(), positions, mesh.positions.size(),
-                               sizeof(mesh.positions[0]), 3 * triangles, std::numeric_limits<float>::max(), 0,
-                               nullptr));
-  TriangleMesh result{mesh.positions, {}};
-  for (size_t i = 0; i + 2 < kept.size(); i += 3)
-    result.triangles.push_back({kept[i], kept[i + 1], kept[i + 2]});
+  TriangleMesh result = welded(mesh);
+  static_assert(sizeof(result.positions[0]) == 3 * sizeof(float));
+  static_assert(sizeof(result.triangles[0]) == 3 * sizeof(uint32_t));
+  const auto* positions = reinterpret_cast<const float*>(result.positions.data());
+  const size_t corners = 3 * result.triangles.size();
+  std::vector<std::array<uint32_t, 3>> kept(result.triangles.size());
+  const size_t count = meshopt_simplify(kept.front().data(), result.triangles.front().data(), corners,
+                                        positions, result.positions.size(), sizeof(result.positions[0]),
+                                        3 * triangles, kLargestError, 0, nullptr);
+  kept.resize(count / 3);
+  result.triangles = std::move(kept);
   return withoutUnused(std::move(result));
 }
 

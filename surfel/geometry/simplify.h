@@ -7,10 +7,9 @@
 
 namespace surflect {
 
-// Approximates a mesh by at most `triangles` triangles, at least one, where its topology allows that: parts
-// are not joined, and neither parts nor holes vanish, so there may be more. Its vertices are some of the
-// mesh's. Parts at one position count as joined. A mesh that is no larger is returned without unused
-// positions.
+// Simplifies a mesh to at most `triangles` (>= 1) triangles. More remain where fewer would join parts, close
+// them up, or move the surface by more than its extent. Vertices are a subset of the mesh's;
+// vertices at one position count as one. A mesh that is small enough only loses unused vertices.
 TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles);
 
 } // namespace surflect

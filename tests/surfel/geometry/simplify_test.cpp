@@ -68,6 +68,46 @@ TEST(Simplify, KeepsEachPart) {
   EXPECT_EQ(partsOf(simplified(mesh, 100)).parts.size(), 2u);
 }
 
+double areaOf(const TriangleMesh& mesh) {
+  double area = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) area += areaVector(mesh, t).norm() / 2;
+  return area;
+}
+
+// Each triangle with vertices of its own.
+TriangleMesh soupOf(const TriangleMesh& mesh) {
+  TriangleMesh soup;
+  for (const auto& triangle : mesh.triangles) {
+    const auto first = static_cast<uint32_t>(soup.positions.size());
+    for (const uint32_t corner : triangle) soup.positions.push_back(mesh.positions[corner]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
+// A ball in a thin ring, whose triangles are many more than the ball's.
+TEST(Simplify, APartWithFewTrianglesDoesNotCollapse) {
+  TriangleMesh mesh = sphere(48);
+  constexpr uint32_t kAround = 256, kAcross = 48;
+  const auto shift = static_cast<uint32_t>(mesh.positions.size());
+  for (uint32_t i = 0; i < kAround; ++i)
+    for (uint32_t j = 0; j < kAcross; ++j) {
+      const double a = 2 * std::numbers::pi * i / kAround, b = 2 * std::numbers::pi * j / kAcross;
+      const double radius = 1.3 + 0.06 * std::cos(b);
+      mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(
+          Vec3<double>(radius * std::cos(a), radius * std::sin(a), 0.06 * std::sin(b))));
+      const auto at = [&](uint32_t x, uint32_t y) { return shift + x % kAround * kAcross + y % kAcross; };
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  for (const size_t triangles : {3000, 800, 200})
+    for (const TriangleMesh& any : {mesh, soupOf(mesh)}) {
+      const TriangleMesh simple = simplified(any, triangles);
+      EXPECT_LE(simple.triangles.size(), triangles);
+      EXPECT_GT(areaOf(simple), 0.9 * areaOf(mesh)) << triangles;
+    }
+}
+
 TEST(Simplify, LeavesASmallMeshAsItIs) {
   const TriangleMesh mesh = sphere(8);
   const TriangleMesh same = simplified(mesh, mesh.triangles.size());
