@@ -207,7 +207,7 @@ private:
     return {{"before", parts(false)}, {"after", parts(true)}};
   }
 
-  // Of frames along a walk, or all of one view, after the first ones: hits and bytes by policy and budget.
+  // Hits and bytes by policy and budget, for a walking or a still camera, without the first frames.
   Json caches(const Size& size) {
     const size_t needed = PassPlanner(field_).plan(view(size, 0, 18)).passes();
     Json result = Json::array();

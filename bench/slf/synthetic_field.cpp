@@ -89,7 +89,7 @@ class Vertices {
 public:
   Vertices(const SyntheticOptions& options, TriangleMesh& mesh) : options_(options), mesh_(mesh) {}
 
-  // Of quad corner (i, j) of a cell.
+  // Vertex at quad corner (i, j) of a cell.
   uint32_t at(const Cell& cell, int i, int j) {
     const int side = options_.cells * options_.quads; // quads along an edge of the cube
     const Vec3<double> cube =

@@ -84,13 +84,13 @@ void setSlabs(gl::Program& program, const Lumigraph& lumigraph, const Vec3<doubl
 image::Image averaged(const image::Image& picture, int samples) {
   if (samples == 1) return picture;
   image::Image result(picture.width / samples, picture.height / samples, picture.channels);
-  const float share = 1 / static_cast<float>(samples * samples);
   for (int y = 0; y < result.height * samples; ++y)
     for (int x = 0; x < result.width * samples; ++x) {
       const std::span<const float> from = picture.at(x, y);
       const std::span<float> to = result.at(x / samples, y / samples);
-      for (size_t channel = 0; channel < to.size(); ++channel) to[channel] += share * from[channel];
+      for (size_t channel = 0; channel < to.size(); ++channel) to[channel] += from[channel];
     }
+  for (float& value : result.values) value /= static_cast<float>(samples * samples);
   return result;
 }
 

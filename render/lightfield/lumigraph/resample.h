@@ -64,7 +64,7 @@ private:
     capture::Projector<AcquisitionSpace> project;
     capture::Viewpoint<AcquisitionSpace> viewpoint;
   };
-  // What a view shows of P.
+  // Colour and fade of P in a view.
   struct Look {
     double fade = 0; // 0: the view does not see P
     Eigen::Vector3f color = Eigen::Vector3f::Zero();

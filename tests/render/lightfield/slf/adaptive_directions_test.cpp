@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kTexels = 8;
 
-// The same radiance in all texels, observed from everywhere.
+// Radiance that is equal in all texels and observed from everywhere.
 DirectionalRadiance radianceIn(const DirectionMesh& fine,
                                const std::function<double(const Vec3<double>&)>& of) {
   DirectionalRadiance result;
