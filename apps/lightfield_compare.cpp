@@ -6,6 +6,7 @@
 #include "apps/timed_renderer.h"
 #include "render/evaluation/evaluate.h"
 #include "surfel/base/folder.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 
@@ -22,13 +23,6 @@ struct Arguments {
   bool nearest = false, train = false;
   render::RendererOptions options;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 // Mean of a count over all frames; empty if the renderer does not report it.
 std::optional<double> meanCount(const std::vector<render::FrameReport>& reports, const std::string& name) {

@@ -8,6 +8,7 @@
 #include "render/evaluation/measure.h"
 #include "render/film/frame_file.h"
 #include "surfel/base/error.h"
+#include "surfel/math/median.h"
 
 #include <CLI/CLI.hpp>
 #include <benchmark/benchmark.h>
@@ -38,11 +39,6 @@ struct Arguments {
 };
 
 constexpr double kLeastDb = 100; // least PSNR of the frame against the reference frame
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
 
 bool isMedian(const benchmark::BenchmarkReporter::Run& run) {
   return run.aggregate_name == "median" || run.repetitions == 1;

@@ -7,6 +7,7 @@
 #include "surfel/base/folder.h"
 #include "surfel/base/message_text.h"
 #include "surfel/base/stopwatch.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 
@@ -19,13 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using knobs::Knob, knobs::Setting;
-
-double median(std::vector<double> values) {
-  assert(!values.empty());
-  std::ranges::sort(values);
-  const size_t half = values.size() / 2;
-  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
-}
 
 // Times of a setting, frame by frame.
 struct Times {

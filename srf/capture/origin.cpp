@@ -1,5 +1,7 @@
 #include "srf/capture/origin.h"
 
+#include "surfel/math/median.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
@@ -27,12 +29,6 @@ double farthest(const Capture& capture, const Vec3<double>& point) {
   double most = 0;
   for (const View& view : capture.views) most = std::max(most, (view.camera.center().raw() - point).norm());
   return most;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 } // namespace

@@ -23,6 +23,13 @@ inline uint16_t nearestHalf(float value) {
   return static_cast<uint16_t>((bits >> 16 & 0x8000) | half);
 }
 
+// Bits of a half that is finite: 0 for NaN, the largest half for infinity.
+inline uint16_t finiteHalf(float value) {
+  constexpr uint16_t kInfinity = 0x7c00;
+  const uint16_t half = nearestHalf(value), size = half & 0x7fff;
+  return size < kInfinity ? half : size > kInfinity ? uint16_t{0} : static_cast<uint16_t>(half - 1);
+}
+
 // The float of a half, exact.
 inline float floatOfHalf(uint16_t half) {
   const uint32_t sign = (half & 0x8000u) << 16, size = half & 0x7fffu;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstddef>
+#include <limits>
+#include <span>
 
 namespace surflect::image {
 
@@ -32,6 +35,32 @@ Image resampled(const Image& image, const PixelWindow& window, int width, int he
     forCellsUnder(y, height, window.height(), [&](int from, float share) {
       for (int x = 0; x < width; ++x) addTo(result.at(x, y), share, rows.at(x, from));
     });
+  return result;
+}
+
+Image squareMeans(const Image& image, int side) {
+  assert(side > 0);
+  Image result(image.width / side, image.height / side, image.channels);
+  for (int y = 0; y < result.height * side; ++y)
+    for (int x = 0; x < result.width * side; ++x) {
+      const std::span<const float> from = image.at(x, y);
+      const std::span<float> to = result.at(x / side, y / side);
+      for (size_t c = 0; c < to.size(); ++c) to[c] += from[c];
+    }
+  for (float& value : result.values) value /= static_cast<float>(side * side);
+  return result;
+}
+
+Image squareMinima(const Image& image, int side) {
+  assert(side > 0);
+  Image result(image.width / side, image.height / side, image.channels);
+  std::ranges::fill(result.values, std::numeric_limits<float>::infinity());
+  for (int y = 0; y < result.height * side; ++y)
+    for (int x = 0; x < result.width * side; ++x) {
+      const std::span<const float> from = image.at(x, y);
+      const std::span<float> to = result.at(x / side, y / side);
+      for (size_t c = 0; c < to.size(); ++c) to[c] = std::min(to[c], from[c]);
+    }
   return result;
 }
 

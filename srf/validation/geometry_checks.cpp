@@ -4,6 +4,7 @@
 #include "srf/validation/names.h"
 #include "surfel/base/evenly_spaced.h"
 #include "surfel/math/bounds.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 
@@ -34,11 +35,6 @@ std::vector<WorldPoint> someVertices(const TriangleMesh& mesh) {
 double degreesAside(const capture::Camera<AcquisitionSpace>& camera, const WorldPoint& point) {
   const Vec3<double> seen = camera.cameraFromWorld(point).raw();
   return std::acos(std::clamp(-seen[2] / seen.norm(), -1., 1.)) * 180 / std::numbers::pi;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 // Larger side of the vertices' bounding box in the picture, over the picture's; empty if no vertex is in

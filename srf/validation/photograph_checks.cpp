@@ -5,6 +5,7 @@
 #include "srf/validation/validation.h"
 #include "surfel/base/evenly_spaced.h"
 #include "surfel/math/bounds.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -195,11 +196,6 @@ std::optional<double> brightnessAgreement(std::span<const SmallView> views, cons
     all.weight += one.weight;
   }
   return all.weight > 0 ? std::optional(all.sum / all.weight) : std::nullopt;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 // Largest pixel value of an integer format, divided by exposure. Infinite for floating point, and for a

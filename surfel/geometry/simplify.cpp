@@ -4,6 +4,7 @@
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstdint>
@@ -13,9 +14,6 @@
 namespace surflect {
 
 namespace {
-
-// Largest distance that the surface may move, as a part of its extent.
-constexpr float kLargestError = 1;
 
 // The mesh with one vertex at each position: to the library, others at its place would be seams.
 TriangleMesh welded(const TriangleMesh& mesh) {
@@ -28,18 +26,21 @@ TriangleMesh welded(const TriangleMesh& mesh) {
 
 } // namespace
 
-TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles) {
-  assert(triangles >= 1);
+TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles, double farthest) {
+  assert(triangles >= 1 && farthest >= 0);
   if (mesh.triangles.size() <= triangles) return withoutUnused(mesh);
   TriangleMesh result = welded(mesh);
   static_assert(sizeof(result.positions[0]) == 3 * sizeof(float));
   static_assert(sizeof(result.triangles[0]) == 3 * sizeof(uint32_t));
   const auto* positions = reinterpret_cast<const float*>(result.positions.data());
   const size_t corners = 3 * result.triangles.size();
+  const auto extent = static_cast<double>(
+      meshopt_simplifyScale(positions, result.positions.size(), sizeof(result.positions[0])));
+  const double error = extent > 0 ? std::min(1., farthest / extent) : 1;
   std::vector<std::array<uint32_t, 3>> kept(result.triangles.size());
   const size_t count = meshopt_simplify(kept.front().data(), result.triangles.front().data(), corners,
                                         positions, result.positions.size(), sizeof(result.positions[0]),
-                                        3 * triangles, kLargestError, 0, nullptr);
+                                        3 * triangles, static_cast<float>(error), 0, nullptr);
   kept.resize(count / 3);
   result.triangles = std::move(kept);
   return withoutUnused(std::move(result));

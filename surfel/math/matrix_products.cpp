@@ -49,7 +49,7 @@ HWY_INLINE void tile(D d, const MatrixProduct<Real>& p, size_t i, size_t j, size
 #pragma GCC unroll 8
     for (int v = 0; v < vectors; ++v) {
       Real* const c = p.c + (i + r) * p.cRow + j + v * width;
-      hn::StoreU(first == 0 ? sums[r][v] : hn::LoadU(d, c) + sums[r][v], d, c);
+      hn::StoreU(first == 0 && !p.isAdded ? sums[r][v] : hn::LoadU(d, c) + sums[r][v], d, c);
     }
 }
 

@@ -9,7 +9,7 @@
 namespace surflect {
 
 // C = A B, where A(i, k) = a[i aRow + k aColumn]. If `upper`, C is symmetric and only the 8 x 8 blocks on and
-// right of its diagonal are computed.
+// right of its diagonal are computed. If `isAdded`, the product is added to C.
 template <class Real> struct MatrixProduct {
   const Real* a;
   size_t aRow, aColumn;
@@ -19,6 +19,7 @@ template <class Real> struct MatrixProduct {
   size_t cRow;
   size_t rows, inner, columns; // rows of C; length of the inner sum; padded columns of C
   bool upper;
+  bool isAdded = false;
 };
 void multiply(const MatrixProduct<float>&);
 void multiply(const MatrixProduct<double>&);

@@ -2,6 +2,7 @@
 
 #include "surfel/math/dominant_eigenvectors.h"
 #include "surfel/math/matrix_products.h"
+#include "surfel/math/padded_products.h"
 #include "surfel/math/transpose.h"
 
 #include <algorithm>
@@ -11,12 +12,6 @@
 namespace surflect {
 
 namespace {
-
-template <class Real> PaddedRows<Real> transposed(const PaddedRows<Real>& m) {
-  PaddedRows<Real> result(m.columns(), m.rows());
-  transpose(m.row(0), m.stride(), m.rows(), m.columns(), result.row(0), result.stride());
-  return result;
-}
 
 // The Gram matrix M' M.
 template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m) {
@@ -34,9 +29,7 @@ template <class Real> PaddedRows<Real> gramOf(const PaddedRows<Real>& m) {
 template <class Real>
 PaddedRows<Real> directions(const PaddedRows<Real>& m, const PaddedRows<Real>& vectors,
                             std::vector<double>& squaredLengths) {
-  PaddedRows<Real> result(m.rows(), vectors.columns());
-  multiply(MatrixProduct<Real>{m.row(0), m.stride(), 1, vectors.row(0), vectors.stride(), result.row(0),
-                               result.stride(), m.rows(), m.columns(), vectors.stride(), false});
+  PaddedRows<Real> result = product(m, vectors);
   for (size_t first = 0; first < result.stride(); first += 8) {
     std::array<Real, 8> squares{}, scales;
     for (size_t i = 0; i < result.rows(); ++i)

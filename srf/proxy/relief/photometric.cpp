@@ -2,6 +2,7 @@
 
 #include "srf/proxy/relief/frontal_plane.h"
 #include "surfel/base/error.h"
+#include "surfel/math/median.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -42,12 +43,6 @@ std::optional<Vec3<double>> weightedFit(std::span<const Vec3<double>> l, std::sp
   spectrum.computeDirect(a, Eigen::EigenvaluesOnly); // closed form, good to 1e-8
   if (!(spectrum.eigenvalues()[0] > kOutOfPlane * kOutOfPlane)) return std::nullopt;
   return a.llt().solve(b / sum);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct RobustFit {

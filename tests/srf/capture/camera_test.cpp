@@ -9,7 +9,7 @@ namespace {
 
 using CameraPoint = Point3<CameraSpace, double>;
 
-class CameraTest : public testing::Test {
+class CameraTest : public ::testing::Test {
 protected:
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);

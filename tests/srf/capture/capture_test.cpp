@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 const Json identityPose = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 5}, {0, 0, 0, 1}};
 
-class CaptureFile : public testing::Test {
+class CaptureFile : public ::testing::Test {
 protected:
   CaptureFile() {
     std::filesystem::create_directory(folder / "images");

@@ -106,7 +106,7 @@ TEST(Masks, AreResizedToPicturesOfTheirShapeByTheirMean) {
   EXPECT_FALSE(isResized({1001, 667}, {1000, 667})); // a crop
 }
 
-class MaskSurveys : public testing::Test {
+class MaskSurveys : public ::testing::Test {
 protected:
   MaskSurveys() { capture.file = folder / "transforms.json"; }
 

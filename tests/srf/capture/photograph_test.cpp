@@ -22,7 +22,7 @@ namespace {
 
 constexpr int width = 12, height = 9;
 
-class PhotographFile : public testing::Test {
+class PhotographFile : public ::testing::Test {
 protected:
   // A capture of one view; frames are appended by add().
   PhotographFile() {

@@ -10,7 +10,7 @@ namespace {
 using P = Point3<AcquisitionSpace, double>;
 using D = Direction3<AcquisitionSpace, double>;
 
-class Rig : public testing::Test {
+class Rig : public ::testing::Test {
 protected:
   double coordinate() { return std::uniform_real_distribution<double>(-3, 3)(random_); }
   P point() { return {coordinate(), coordinate(), coordinate()}; }

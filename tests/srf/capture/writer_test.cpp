@@ -13,7 +13,7 @@ namespace {
 
 std::string numbered(std::string prefix, int number) { return prefix.append(std::to_string(number)); }
 
-class Writer : public testing::Test {
+class Writer : public ::testing::Test {
 protected:
   double uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);

@@ -10,7 +10,7 @@ namespace {
 
 using synthetic::glossySphere;
 
-class BlockCacheTest : public testing::Test {
+class BlockCacheTest : public ::testing::Test {
 protected:
   BlockCacheTest() {
     for (const char* name : {"a.view", "b.view"}) {

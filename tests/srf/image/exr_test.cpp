@@ -72,7 +72,7 @@ private:
   }
 };
 
-class Exr : public testing::Test {
+class Exr : public ::testing::Test {
 protected:
   std::filesystem::path file() const { return folder / "a.exr"; }
   Image readAll(const std::string& bytes) const {

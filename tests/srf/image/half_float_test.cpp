@@ -45,6 +45,18 @@ TEST(NearestHalf, OnlyTheFiniteIsClamped) {
   EXPECT_EQ(nearestHalf(Limits::denorm_min()), 0);
 }
 
+TEST(FiniteHalf, IsTheNearestHalfWhereThatIsFinite) {
+  using Limits = std::numeric_limits<float>;
+  for (uint32_t bits = 0; bits < 0x10000; ++bits)
+    if (const float value = floatOfHalf(static_cast<uint16_t>(bits)); std::isfinite(value)) {
+      ASSERT_EQ(finiteHalf(value), bits);
+    }
+  EXPECT_EQ(finiteHalf(Limits::infinity()), 0x7bff);
+  EXPECT_EQ(finiteHalf(-Limits::infinity()), 0xfbff);
+  EXPECT_EQ(finiteHalf(Limits::quiet_NaN()), 0);
+  EXPECT_EQ(finiteHalf(-Limits::quiet_NaN()), 0);
+}
+
 TEST(FloatOfHalf, EveryHalfIsExact) {
   for (uint32_t bits = 0; bits < 0x10000; ++bits) {
     const auto half = static_cast<uint16_t>(bits);

@@ -12,7 +12,7 @@
 namespace surflect::image {
 namespace {
 
-class ImageFile : public testing::Test {
+class ImageFile : public ::testing::Test {
 protected:
   TemporaryFolder folder;
 };

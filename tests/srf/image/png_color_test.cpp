@@ -10,7 +10,7 @@ namespace {
 
 using Curve = Transfer::Curve;
 
-class PngColor : public testing::Test {
+class PngColor : public ::testing::Test {
 protected:
   PngColor() : plain(written(3, 8, PngColors::unstated)) {}
 

@@ -27,7 +27,7 @@ const std::string huge =
     bytesOf("89504e470d0a1a0a0000000d4948445200003e8000003e800806000000417edfde0000000c49444154"
             "789c6360a03d00000064000186643c350000000049454e44ae426082");
 
-class Png : public testing::Test {
+class Png : public ::testing::Test {
 protected:
   PngPicture read(const std::string& bytes) const {
     writeBytes(folder / "a.png", bytes);

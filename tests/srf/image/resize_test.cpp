@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <vector>
 
 namespace surflect::image {
 namespace {
@@ -56,6 +57,30 @@ TEST(Resize, AStepIsSharedByAreaBetweenTheSidesOfAPixel) {
   EXPECT_NEAR(third.at(0, 0)[0], 0, 1e-6);
   EXPECT_NEAR(third.at(1, 0)[0], 0.8, 1e-6);
   EXPECT_NEAR(third.at(2, 0)[0], 1, 1e-6);
+}
+
+TEST(Resize, MeansOfEqualSquaresAreExact) {
+  for (int side = 1; side <= 8; ++side) {
+    Image image(2 * side + 1, side, 1);
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x <= 2 * side; ++x) image.at(x, y)[0] = x < side ? 1.f : 0.25f;
+    const Image means = squareMeans(image, side);
+    EXPECT_EQ(means.values,
+              side == 1 ? std::vector<float>({1, 0.25f, 0.25f}) : std::vector<float>({1, 0.25f}));
+  }
+}
+
+TEST(Resize, MinimaOfSquaresAreTheirLeastValues) {
+  Image image(5, 4, 1);
+  for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = static_cast<float>((7 * i + 3) % 20);
+  EXPECT_EQ(squareMinima(image, 1).values, image.values);
+  const Image minima = squareMinima(image, 2);
+  ASSERT_EQ(minima.width, 2);
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 2; ++x)
+      EXPECT_EQ(minima.at(x, y)[0],
+                std::min({image.at(2 * x, 2 * y)[0], image.at(2 * x + 1, 2 * y)[0],
+                          image.at(2 * x, 2 * y + 1)[0], image.at(2 * x + 1, 2 * y + 1)[0]}));
 }
 
 } // namespace

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 const fs::path cat = fs::path(__FILE__).parent_path() / "../../../examples/cat";
 
-class Cat : public testing::Test {
+class Cat : public ::testing::Test {
 protected:
   Cat() { fs::copy(cat / "images", folder / "in"); }
 

@@ -9,7 +9,7 @@
 namespace surflect::importers {
 namespace {
 
-class Colmap : public testing::Test {
+class Colmap : public ::testing::Test {
 protected:
   ColmapImage& add(const std::string& name, const std::string& model) {
     images.push_back({name, model, asColmapModel(model, rig.camera(true)).second});

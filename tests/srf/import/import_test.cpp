@@ -19,7 +19,7 @@ std::vector<std::string> filesIn(const std::filesystem::path& folder) {
 
 // A Lambert dome of radius 0.4 scene units under lights of known strength; black around it. 16-bit, so
 // linear.
-class Dome : public testing::Test {
+class Dome : public ::testing::Test {
 protected:
   static constexpr int kLights = 8, kSize = 48;
 
@@ -273,7 +273,7 @@ TEST(ImportFormats, AreToldByWhatIsThere) {
   EXPECT_EQ(formatOfSource(folder / "x", options), ImportFormat::lights);
 }
 
-class HoldOut : public testing::Test {
+class HoldOut : public ::testing::Test {
 protected:
   HoldOut() {
     for (int v = 0; v < 6; ++v) capture.views.push_back({std::string("C").append(std::to_string(v)), {}});

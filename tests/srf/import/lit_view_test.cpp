@@ -13,7 +13,7 @@ namespace {
 
 using Towards = Direction3<AcquisitionSpace, double>;
 
-class LitView : public testing::Test {
+class LitView : public ::testing::Test {
 protected:
   // lit.1.png .. lit.N.png: 2 stands before 10 only in natural order.
   void writePictures(int count) const {

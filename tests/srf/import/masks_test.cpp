@@ -9,7 +9,7 @@ namespace surflect::importers {
 namespace {
 
 // Photographs that a JSON file names, and what lies beside them.
-class MasksByName : public testing::Test {
+class MasksByName : public ::testing::Test {
 protected:
   nlohmann::json& add(const std::string& picture) {
     writePicture(folder / picture);

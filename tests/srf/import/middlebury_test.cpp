@@ -7,7 +7,7 @@
 namespace surflect::importers {
 namespace {
 
-class Middlebury : public testing::Test {
+class Middlebury : public ::testing::Test {
 protected:
   Middlebury() {
     for (int i = 0; i < 4; ++i) {

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-class Transforms : public testing::Test {
+class Transforms : public ::testing::Test {
 protected:
   // A frame of NeRF-synthetic: no extension.
   Json frame(const std::string& path, const VisionCamera& camera) const {

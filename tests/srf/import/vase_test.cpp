@@ -9,7 +9,7 @@ namespace {
 
 const std::filesystem::path examples = std::filesystem::path(__FILE__).parent_path() / "../../../examples";
 
-class Vase : public testing::Test {
+class Vase : public ::testing::Test {
 protected:
   static const capture::Capture& original() {
     static const capture::Capture capture = capture::readCapture(examples / "vase");

@@ -17,7 +17,7 @@ codec::EncodedView encodedView(unsigned seed) {
   return codec::encodeView(stack, {});
 }
 
-class PackFolder : public testing::Test {
+class PackFolder : public ::testing::Test {
 protected:
   image::TemporaryFolder folder;
 };

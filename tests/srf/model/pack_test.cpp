@@ -20,7 +20,7 @@ namespace {
 using studio::packOptions;
 using studio::Studio;
 
-class Pack : public testing::Test {
+class Pack : public ::testing::Test {
 protected:
   capture::Capture photographed() { return photograph(studio, folder / "capture"); }
   PackReport packed(const capture::Capture& capture, const std::string& name = "model",

@@ -7,7 +7,7 @@
 namespace surflect::proxy {
 namespace {
 
-class ImpostorOf : public testing::Test {
+class ImpostorOf : public ::testing::Test {
 protected:
   capture::Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
 

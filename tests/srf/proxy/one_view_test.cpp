@@ -16,7 +16,7 @@ using studio::packOptions;
 using studio::Studio;
 
 // A sphere of radius 1 around the origin, seen by one camera.
-class OneView : public testing::Test {
+class OneView : public ::testing::Test {
 protected:
   capture::Capture photographed() { return studio::photographWithoutMesh(studio, folder / "capture"); }
   model::PackReport packed(const capture::Capture& capture, bool relief) {

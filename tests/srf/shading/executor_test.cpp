@@ -7,7 +7,7 @@ namespace surflect::shading {
 namespace {
 
 // Many look-ups in few blocks.
-class ExecutorTest : public testing::Test {
+class ExecutorTest : public ::testing::Test {
 protected:
   ExecutorTest() {
     writeFileAtomically(folder_ / "0.view",

@@ -98,7 +98,7 @@ inline Studio unevenGappyStudio() {
 
 // Queries to a studio with all pairs of camera and light. Packed once per suite; each test opens the model
 // anew.
-class ProductQueries : public testing::Test {
+class ProductQueries : public ::testing::Test {
 protected:
   static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(Studio{}, 2000); }
   static void TearDownTestSuite() { packed.reset(); }
@@ -109,7 +109,7 @@ protected:
 };
 
 // Queries to a capture with gaps, under lights of different strengths.
-class PairQueries : public testing::Test {
+class PairQueries : public ::testing::Test {
 protected:
   static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(unevenGappyStudio(), 1000); }
   static void TearDownTestSuite() { packed.reset(); }

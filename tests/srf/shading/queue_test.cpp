@@ -17,7 +17,7 @@ namespace {
 using codec::synthetic::glossySphere;
 
 constexpr int size = 72, lights = 12, views = 3;
-constexpr size_t everything = 1 << 30;
+constexpr size_t wholeCache = 1 << 30;
 
 // A row of captured lights, each with its own colour.
 LightRows rowsOf(const std::vector<std::pair<uint32_t, Rgb>>& lit) {
@@ -32,7 +32,7 @@ struct Queue {
   size_t targets = 0;
 };
 
-class ShadingQueueTest : public testing::Test {
+class ShadingQueueTest : public ::testing::Test {
 protected:
   ShadingQueueTest() {
     for (int v = 0; v < views; ++v) {
@@ -67,13 +67,13 @@ protected:
     return queue;
   }
 
-  std::vector<Rgb> executed(const Queue& queue, size_t budget = everything) const {
+  std::vector<Rgb> executed(const Queue& queue, size_t budget = wholeCache) const {
     codec::BlockCache cache(views_, budget);
     ShadingStats stats;
     return execute(queue.ops, queue.rows, queue.targets, cache, stats);
   }
   std::vector<Eigen::Vector3d> reference(const Queue& queue) const {
-    codec::BlockCache cache(views_, everything);
+    codec::BlockCache cache(views_, wholeCache);
     return executeReference(queue.ops, queue.rows, queue.targets, cache);
   }
   // Executes one operation for one target.
@@ -169,7 +169,7 @@ TEST_F(ShadingQueueTest, PartsHaveTheSameBitsForAnyNumberOfThreads) {
   }
   for (const int threads : {1, 2, 4})
     tbb::task_arena(threads).execute([&] {
-      codec::BlockCache cache(views_, everything);
+      codec::BlockCache cache(views_, wholeCache);
       ShadingStats stats;
       for (int call = 0; call < 2; ++call) EXPECT_EQ(execute(parts, cache, stats), expected) << threads;
       EXPECT_GE(stats.cacheHits, stats.tasks / 2);
@@ -198,7 +198,7 @@ TEST_F(ShadingQueueTest, PartsHaveTargetsAndRowsOfTheirOwn) {
   std::vector<ShadingPart> parts;
   for (const Queue* queue : {&first, &nothing, &second})
     parts.push_back({queue->ops, &queue->rows, queue->targets});
-  for (const size_t budget : {size_t{0}, everything}) {
+  for (const size_t budget : {size_t{0}, wholeCache}) {
     codec::BlockCache cache(views_, budget);
     ShadingStats stats;
     for (int call = 0; call < 2; ++call) EXPECT_EQ(execute(parts, cache, stats), expected);
@@ -210,7 +210,7 @@ TEST_F(ShadingQueueTest, SameBitsForAnyCache) {
   const Queue queue = randomQueue(2000, 4);
   size_t image = 0; // decoded size of one view
   for (uint32_t b = 0; b < views_[0].blockCount(); ++b) image += views_[0].read(b).memory();
-  const auto expected = executed(queue, everything);
+  const auto expected = executed(queue, wholeCache);
   EXPECT_EQ(executed(queue, 0), expected);
   EXPECT_EQ(executed(queue, views_[0].read(20).memory()), expected);
   EXPECT_EQ(executed(queue, 3 * image), expected);
@@ -230,7 +230,7 @@ TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
   size_t image = 0; // decoded size of one view
   for (uint32_t b = 0; b < views_[0].blockCount(); ++b) image += views_[0].read(b).memory();
   const auto expected = executed(queue);
-  for (const size_t budget : {size_t{0}, views_[0].read(20).memory(), image, 3 * image, everything}) {
+  for (const size_t budget : {size_t{0}, views_[0].read(20).memory(), image, 3 * image, wholeCache}) {
     codec::BlockCache cache(views_, budget);
     for (int call = 0; call < 3; ++call) {
       ShadingStats stats;
@@ -242,7 +242,7 @@ TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
       } else if (budget >= image) {
         EXPECT_GT(stats.cacheHits, 0u);
       }
-      EXPECT_EQ(stats.cacheHits == stats.tasks, budget == everything);
+      EXPECT_EQ(stats.cacheHits == stats.tasks, budget == wholeCache);
     }
   }
 }
@@ -250,7 +250,7 @@ TEST_F(ShadingQueueTest, SameBitsWhateverIsInMemoryBefore) {
 TEST_F(ShadingQueueTest, AnOperationWaitsForAllItsBlocks) {
   const Queue queue{{{0, 0, 40.0f, 36.5f, 1, 0, 1}}, rowsOf({{7, {1, 1, 1}}}), 1};
   for (const int there : {4, 5}) {
-    codec::BlockCache cache(views_, everything);
+    codec::BlockCache cache(views_, wholeCache);
     cache.get(0, *views_[0].find({there, 4}));
     ShadingStats stats;
     EXPECT_EQ(execute(queue.ops, queue.rows, 1, cache, stats), executed(queue));
@@ -263,7 +263,7 @@ TEST_F(ShadingQueueTest, ReadsEachBlockOnceACallHoweverSmallTheCache) {
   Queue queue = randomQueue(3000, 5);
   for (uint32_t target = 0; target < queue.targets; ++target) // no target sees only background
     queue.ops.push_back({target, 0, 36.2f, 30.7f, 1, 0, 1});
-  for (const size_t budget : {size_t{0}, everything}) {
+  for (const size_t budget : {size_t{0}, wholeCache}) {
     codec::BlockCache cache(views_, budget);
     ShadingStats stats;
     execute(queue.ops, queue.rows, queue.targets, cache, stats);
@@ -302,7 +302,7 @@ TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
   const auto shaded = [&](codec::BlockCache& cache, ShadingStats& stats) {
     return execute(parts, cache, stats);
   };
-  codec::BlockCache none(large, 0), all(large, everything);
+  codec::BlockCache none(large, 0), all(large, wholeCache);
   ShadingStats cold, warm;
   const std::vector<Rgb> expected = shaded(all, warm);
   EXPECT_EQ(shaded(none, cold), expected);
@@ -321,7 +321,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
       {0, 2, 40.0f, 40.0f, 1, 0, 2}, // between four
       {0, 2, 1.0f, 1.0f, 1, 0, 1},   // background
   };
-  codec::BlockCache cache(views_, everything);
+  codec::BlockCache cache(views_, wholeCache);
   ShadingStats stats;
   execute(ops, rows, 1, cache, stats);
   const ShadingStats cold = stats;
@@ -351,7 +351,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
 TEST_F(ShadingQueueTest, CountsTheOperationsOfABlindTargetOnce) {
   const LightRows rows = rowsOf({3, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {{0, 0, 36.5f, 36.5f, 1, 0, 3}, {1, 0, 1.0f, 1.0f, 1, 0, 2}};
-  codec::BlockCache cache(views_, everything);
+  codec::BlockCache cache(views_, wholeCache);
   for (const bool isWarm : {false, true}) {
     ShadingStats stats;
     execute(ops, rows, 2, cache, stats);

@@ -14,7 +14,7 @@ using studio::PackedStudio;
 using studio::Studio;
 using ToAcquisition = Rotation<AcquisitionSpace, EnvironmentSpace, float>;
 
-constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
+constexpr size_t cacheBudget = size_t{1} << 30; // cache budget in bytes
 
 // A random orthogonal matrix, possibly mirroring.
 ToAcquisition randomTurn(std::mt19937& random) {
@@ -48,7 +48,7 @@ QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& ra
 }
 
 // Adds an environment with a random rotation for each query.
-void addEnvironment(QueryBatch& batch, const QueryEnvironment& environment, std::mt19937& random) {
+void addTurnedEnvironment(QueryBatch& batch, const QueryEnvironment& environment, std::mt19937& random) {
   ASSERT_TRUE(batch.environments.empty());
   batch.environments.push_back(environment);
   for (size_t q = 0; q < batch.size(); ++q) batch.acquisitionFromEnvironment.push_back(randomTurn(random));
@@ -70,9 +70,9 @@ QueryBatch unrolled(const QueryBatch& batch) {
   return result;
 }
 
-std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch,
-                        const ShadeOptions& options = {}) {
-  codec::BlockCache cache(model.files, everything);
+std::vector<Rgb> shadedWith(const model::Model& model, const QueryBatch& batch,
+                            const ShadeOptions& options = {}) {
+  codec::BlockCache cache(model.files, cacheBudget);
   ShadingStats stats;
   return shade(model, batch, options, cache, stats).radiance;
 }
@@ -105,7 +105,7 @@ double largest(std::span<const Rgb> values) {
 }
 
 // Each property is tested for full products under lights of different strengths, and for captures with gaps.
-class ShadeEnvironment : public testing::TestWithParam<bool> {
+class ShadeEnvironment : public ::testing::TestWithParam<bool> {
 protected:
   static void SetUpTestSuite() {
     full = std::make_unique<PackedStudio>(Studio{.unevenness = 0.5}, 1500);
@@ -126,8 +126,8 @@ INSTANTIATE_TEST_SUITE_P(, ShadeEnvironment, testing::Bool(),
 TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
   const auto lights = randomEnvironment(9, random);
   QueryBatch batch = darkBatch(model, 300, random);
-  addEnvironment(batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, nullptr}, random);
-  const auto together = shaded(model, batch), apart = shaded(model, unrolled(batch));
+  addTurnedEnvironment(batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  const auto together = shadedWith(model, batch), apart = shadedWith(model, unrolled(batch));
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
 }
 
@@ -143,10 +143,11 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
       if (tabulated && !table) continue;
       std::mt19937 turns(7);
       QueryBatch batch = dark;
-      addEnvironment(batch,
-                     {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
-                     turns);
-      const auto got = shaded(model, batch, options), wanted = shaded(model, unrolled(batch), options);
+      addTurnedEnvironment(
+          batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
+          turns);
+      const auto got = shadedWith(model, batch, options),
+                 wanted = shadedWith(model, unrolled(batch), options);
       EXPECT_LT(largestDifference(got, wanted) / largest(wanted), tabulated ? 0.02 : 4e-7);
       double sum = 0;
       for (size_t q = 0; q < got.size(); ++q) sum += std::abs(got[q].g - wanted[q].g);
@@ -162,8 +163,8 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
 
 TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
   QueryBatch batch = darkBatch(model, 100, random);
-  addEnvironment(batch, {{}, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
-  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  addTurnedEnvironment(batch, {{}, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  EXPECT_EQ(shadedWith(model, batch), std::vector<Rgb>(batch.size()));
   for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
     EXPECT_EQ(color, Rgb{});
 }
@@ -177,7 +178,7 @@ TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
   for (const ulr::LightTable* used :
        {static_cast<const ulr::LightTable*>(nullptr), table ? &*table : nullptr}) {
     QueryBatch batch = darkBatch(model, 300, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::clamp, used}, random);
+    addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::clamp, used}, random);
     const ShadingPlan plan = planShading(model, batch, mean);
     for (const Rgb& sum : irradianceOf(model, batch, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
@@ -191,8 +192,8 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
   const auto first = randomEnvironment(5, random), second = randomEnvironment(8, random);
   QueryBatch a = darkBatch(model, 300, random), both, b, lamp;
   b = lamp = a;
-  addEnvironment(a, {first}, random);
-  addEnvironment(b, {second}, random);
+  addTurnedEnvironment(a, {first}, random);
+  addTurnedEnvironment(b, {second}, random);
   lamp.lights = 1;
   for (size_t q = 0; q < lamp.size(); ++q) {
     lamp.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
@@ -203,8 +204,8 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
   for (size_t q = 0; q < both.size(); ++q)
     for (const QueryBatch* one : {&a, &b})
       both.acquisitionFromEnvironment.push_back(one->acquisitionFromEnvironment[q]);
-  const auto sum = shaded(model, both), ofA = shaded(model, a), ofB = shaded(model, b),
-             ofLamp = shaded(model, lamp);
+  const auto sum = shadedWith(model, both), ofA = shadedWith(model, a), ofB = shadedWith(model, b),
+             ofLamp = shadedWith(model, lamp);
   std::vector<Rgb> added;
   for (size_t q = 0; q < sum.size(); ++q) added.push_back(ofA[q] + ofB[q] + ofLamp[q]);
   EXPECT_LT(largestDifference(sum, added) / largest(sum), 1e-6);
@@ -213,7 +214,7 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
 TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing) {
   const auto lights = randomEnvironment(6, random);
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights}, random);
+  addTurnedEnvironment(batch, {lights}, random);
   const Mat3<float> turn = randomTurn(random).matrix();
   auto turned = lights;
   for (auto& light : turned) light.towards = assume<Direction3<EnvironmentSpace>>(turn * light.towards.raw());
@@ -221,24 +222,24 @@ TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing)
   other.environments[0].lights = turned;
   for (auto& acquisitionFromEnvironment : other.acquisitionFromEnvironment)
     acquisitionFromEnvironment = ToAcquisition(acquisitionFromEnvironment.matrix() * turn.transpose());
-  const auto expected = shaded(model, batch);
+  const auto expected = shadedWith(model, batch);
   // Loose, since ULR weights are steep.
-  EXPECT_LT(largestDifference(shaded(model, other), expected) / largest(expected), 2e-4);
+  EXPECT_LT(largestDifference(shadedWith(model, other), expected) / largest(expected), 2e-4);
 }
 
 TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
   const auto lights = randomEnvironment(6, random);
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {0, 0, 0}}, random);
-  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  addTurnedEnvironment(batch, {lights, {0, 0, 0}}, random);
+  EXPECT_EQ(shadedWith(model, batch), std::vector<Rgb>(batch.size()));
   batch.environments[0].lights = {};
-  EXPECT_EQ(shaded(model, batch), std::vector<Rgb>(batch.size()));
+  EXPECT_EQ(shadedWith(model, batch), std::vector<Rgb>(batch.size()));
 }
 
 TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // lights differ in strength, and hence in share
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  addTurnedEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
   const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
                     other = planShading(model, unrolled(batch), {.showsBlends = true});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
@@ -255,7 +256,7 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   const auto table = lightTable(model, off, ulr::LightExtrapolation::fade);
   for (const ulr::LightTable* used : {static_cast<const ulr::LightTable*>(nullptr), &*table}) {
     QueryBatch batch = darkBatch(model, 200, random);
-    addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
+    addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
     const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
     EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
@@ -266,11 +267,11 @@ TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
   const auto lights = randomEnvironment(20, random);
   const auto table = lightTable(model, {}, ulr::LightExtrapolation::fade);
   QueryBatch batch = darkBatch(model, 1500, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, table ? &*table : nullptr},
-                 random);
-  const auto expected = shaded(model, batch);
+  addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, table ? &*table : nullptr},
+                       random);
+  const auto expected = shadedWith(model, batch);
   for (const int threads : {1, 2})
-    tbb::task_arena(threads).execute([&] { EXPECT_EQ(shaded(model, batch), expected); });
+    tbb::task_arena(threads).execute([&] { EXPECT_EQ(shadedWith(model, batch), expected); });
 }
 
 // Captured lights only above; environments and lights of every kind.
@@ -345,8 +346,9 @@ TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
   ShadeOptions nearest;
   nearest.nearest = true;
   QueryBatch batch = darkBatch(model, 200, random);
-  addEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
-  const auto together = shaded(model, batch, nearest), apart = shaded(model, unrolled(batch), nearest);
+  addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  const auto together = shadedWith(model, batch, nearest),
+             apart = shadedWith(model, unrolled(batch), nearest);
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
 }
 
@@ -355,7 +357,7 @@ TEST(ShadeEnvironmentFixed, FixedIlluminationRefusesEnvironments) {
   std::mt19937 random(3);
   const auto lights = randomEnvironment(2, random);
   QueryBatch batch = darkBatch(packed.model, 5, random);
-  addEnvironment(batch, {lights}, random);
+  addTurnedEnvironment(batch, {lights}, random);
   EXPECT_NE(image::errorOf([&] { planShading(packed.model, batch, {}); }).find("fixed illumination"),
             std::string::npos);
 }

@@ -13,11 +13,11 @@
 namespace surflect::ulr {
 namespace {
 
-using Direction = Direction3<EnvironmentSpace, double>;
+using EnvironmentDirection = Direction3<EnvironmentSpace, double>;
 constexpr double kPi = std::numbers::pi;
 constexpr auto bothMappings = {EnvironmentMapping::latLong, EnvironmentMapping::angular};
 
-void expectNear(const Direction& a, const Direction& b, double tolerance = 2e-15) {
+void expectNear(const EnvironmentDirection& a, const EnvironmentDirection& b, double tolerance = 2e-15) {
   EXPECT_LT(length(a + -b), tolerance);
 }
 
@@ -231,7 +231,7 @@ TEST(Gathered, NeverExceedsItsLimit) {
   EXPECT_EQ(clusteredLights(texels, 1e-9).size(), kMaxClusteredLights);
 }
 
-class ReadEnvironment : public testing::Test {
+class ReadEnvironment : public ::testing::Test {
 protected:
   image::TemporaryFolder folder;
 };

@@ -20,9 +20,9 @@ using lights::spiral;
 using lights::sumOf;
 constexpr LightFit fits[] = {LightFit::mean, LightFit::plane};
 
-std::vector<float> weightsOf(std::span<const Direction> lights, const Direction& towards,
-                             const LightBlend& how,
-                             LightExtrapolation extrapolation = LightExtrapolation::clamp) {
+std::vector<float> lightWeights(std::span<const Direction> lights, const Direction& towards,
+                                const LightBlend& how,
+                                LightExtrapolation extrapolation = LightExtrapolation::clamp) {
   return surflect::ulr::lights::weightsOf(lights, towards, how, coverageOf(lights), extrapolation);
 }
 
@@ -44,10 +44,10 @@ TEST(LightBlend, WeightsOfAMeanAndThoseToBeForeshortenedSumToTheCoverage) {
           const LightBlend how{blended, fit, fit == LightFit::plane};
           for (int i = 0; i < 100; ++i) {
             const auto towards = randomDirection(random);
-            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how)), 1, 5e-7);
+            EXPECT_NEAR(sumOf(lightWeights(lights, towards, how)), 1, 5e-7);
             float nearest = 2;
             for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, towards));
-            EXPECT_NEAR(sumOf(weightsOf(lights, towards, how, LightExtrapolation::fade)),
+            EXPECT_NEAR(sumOf(lightWeights(lights, towards, how, LightExtrapolation::fade)),
                         coverage.at(nearest), 5e-7);
           }
         }
@@ -59,7 +59,7 @@ TEST(LightBlend, ACapturedLightIsAnsweredByItselfAlone) {
     for (size_t light = 0; light < lights.size(); ++light) {
       std::vector<float> alone(lights.size());
       alone[light] = 1;
-      EXPECT_LT(largestDifference(weightsOf(lights, lights[light], {4, fit}), alone), 1e-11);
+      EXPECT_LT(largestDifference(lightWeights(lights, lights[light], {4, fit}), alone), 1e-11);
     }
 }
 
@@ -73,8 +73,8 @@ TEST(LightBlend, ThePlanesLightsHaveTheVectorIrradianceAskedForButForTheRidge) {
     for (int i = 0; i < 200; ++i) {
       const auto towards = randomDirection(random);
       const Vec3<double> l = towards.raw().cast<double>();
-      const auto mean = weightsOf(lights, towards, {4, LightFit::mean});
-      const auto plane = weightsOf(lights, towards, {4, LightFit::plane});
+      const auto mean = lightWeights(lights, towards, {4, LightFit::mean});
+      const auto plane = lightWeights(lights, towards, {4, LightFit::plane});
       std::vector<Vec3<double>> x;
       Vec3<double> m = Vec3<double>::Zero(), got = Vec3<double>::Zero();
       bool isNear = true;
@@ -109,9 +109,9 @@ TEST(LightBlend, FadingMultipliesByTheCoverage) {
     float nearest = 2;
     for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, towards));
     const float covered = coverage.at(nearest);
-    auto expected = weightsOf(lights, towards, {4, LightFit::plane});
+    auto expected = lightWeights(lights, towards, {4, LightFit::plane});
     for (float& weight : expected) weight *= covered;
-    const auto faded = weightsOf(lights, towards, {4, LightFit::plane}, LightExtrapolation::fade);
+    const auto faded = lightWeights(lights, towards, {4, LightFit::plane}, LightExtrapolation::fade);
     EXPECT_LT(largestDifference(faded, expected), 1e-6);
     within += covered > 0 && covered < 1;
   }
@@ -124,8 +124,8 @@ TEST(LightBlend, BeyondTheCoverageThePlaneIsTheMean) {
   for (int i = 0; i < 100; ++i) {
     const auto towards = randomDirection(random);
     if (towards.raw().z() > 0) continue;
-    EXPECT_EQ(weightsOf(lights, towards, {4, LightFit::plane}),
-              weightsOf(lights, towards, {4, LightFit::mean}));
+    EXPECT_EQ(lightWeights(lights, towards, {4, LightFit::plane}),
+              lightWeights(lights, towards, {4, LightFit::mean}));
   }
 }
 
@@ -143,7 +143,7 @@ TEST(LightBlend, IsContinuousAlongEveryPath) {
         std::vector<float> before;
         for (double angle = -0.5; angle < 0.5; angle += step) {
           const Vec3<double> towards = std::cos(angle) * start + std::sin(angle) * side;
-          const auto now = weightsOf(lights, directionOf(towards), {4, fit});
+          const auto now = lightWeights(lights, directionOf(towards), {4, fit});
           if (!before.empty()) largest = std::max(largest, largestDifference(now, before));
           before = now;
         }
@@ -161,9 +161,9 @@ TEST(LightBlend, TurnsWithTheLights) {
   for (const auto& light : lights) turned.push_back(directionOf(turn * light.raw().cast<double>()));
   for (int i = 0; i < 200; ++i) {
     const auto towards = randomDirection(random);
-    const auto still = weightsOf(lights, towards, {4, LightFit::plane});
+    const auto still = lightWeights(lights, towards, {4, LightFit::plane});
     const auto moved =
-        weightsOf(turned, directionOf(turn * towards.raw().cast<double>()), {4, LightFit::plane});
+        lightWeights(turned, directionOf(turn * towards.raw().cast<double>()), {4, LightFit::plane});
     EXPECT_LT(largestDifference(still, moved), 5e-7);
   }
 }
@@ -175,7 +175,7 @@ TEST(LightBlend, LightsInOneLineOrInOnePlaceHaveBoundedWeights) {
   for (int i = 0; i < 200; ++i) {
     const double a = 0.002 * i;
     const auto weights =
-        weightsOf(lights, directionOf({std::sin(a), 0.1, std::cos(a)}), {4, LightFit::plane});
+        lightWeights(lights, directionOf({std::sin(a), 0.1, std::cos(a)}), {4, LightFit::plane});
     for (const float weight : weights) EXPECT_LT(std::abs(weight), 3);
   }
 }

@@ -13,25 +13,25 @@
 namespace surflect::ulr {
 namespace {
 
-using Direction = Direction3<AcquisitionSpace, double>;
+using PreciseDirection = Direction3<AcquisitionSpace, double>;
 
 // Directions spread evenly over a cap around z with this angular radius.
-std::vector<Direction> cap(int count, double radius) {
-  std::vector<Direction> lights;
+std::vector<PreciseDirection> cap(int count, double radius) {
+  std::vector<PreciseDirection> lights;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (i + 0.5) / count * (1 - std::cos(radius)), r = std::sqrt(1 - z * z), turn = 2.4 * i;
-    lights.push_back(normalized(Direction(r * std::cos(turn), r * std::sin(turn), z)));
+    lights.push_back(normalized(PreciseDirection(r * std::cos(turn), r * std::sin(turn), z)));
   }
   return lights;
 }
 
-float nearestPenalty(std::span<const Direction> lights, const Direction& d) {
+float nearestPenalty(std::span<const PreciseDirection> lights, const PreciseDirection& d) {
   double nearest = 2;
   for (const auto& light : lights) nearest = std::min(nearest, anglePenalty(light, d));
   return static_cast<float>(nearest);
 }
 
-Direction atAngle(double polar, double turn) {
+PreciseDirection atAngle(double polar, double turn) {
   return {std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)};
 }
 
@@ -75,15 +75,15 @@ TEST(LightExtrapolationFade, FallsSmoothlyAndNeverRises) {
 }
 
 TEST(LightExtrapolationFade, OneDirectionIsNoRigAndFadesNothing) {
-  const Direction up(0, 0, 1);
-  for (const auto& lights : {std::vector<Direction>{}, {up}, {up, up}}) {
+  const PreciseDirection up(0, 0, 1);
+  for (const auto& lights : {std::vector<PreciseDirection>{}, {up}, {up, up}}) {
     const LightExtrapolationFade coverage(lights);
     for (const float penalty : {0.f, 1.f, 2.f}) EXPECT_EQ(coverage.at(penalty), 1);
   }
 }
 
 TEST(LightExtrapolationFade, TwoOppositeLightsFadeNowhere) {
-  const LightExtrapolationFade coverage(std::vector<Direction>{{0, 0, 1}, {0, 0, -1}});
+  const LightExtrapolationFade coverage(std::vector<PreciseDirection>{{0, 0, 1}, {0, 0, -1}});
   EXPECT_EQ(coverage.at(1), 1); // largest possible angle
 }
 

@@ -65,7 +65,7 @@ double totalError(std::span<const float> got, std::span<const float> wanted) {
 // Tables are compared by their mean error over directions, and for a source as wide as a quarter of the
 // lights' spacing. At single directions the error can be large: ULR weights are steep where the last blended
 // lights are about as far as the threshold.
-class LightTableOf : public testing::TestWithParam<LightBlend> {};
+class LightTableOf : public ::testing::TestWithParam<LightBlend> {};
 
 TEST_P(LightTableOf, EqualsTheBlend) {
   const LightBlend how = GetParam();
@@ -102,7 +102,7 @@ TEST_P(LightTableOf, EqualsTheBlend) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(, LightTableOf, testing::Values(meanOfThree, planeOfFour));
+INSTANTIATE_TEST_SUITE_P(, LightTableOf, ::testing::Values(meanOfThree, planeOfFour));
 
 TEST(LightTable, ASmallTurnChangesLittleEverywhere) {
   std::mt19937 random(3);

@@ -58,7 +58,7 @@ bool areSame(const BlendSet& a, const BlendSet& b) {
       a, b, [](const Blended& x, const Blended& y) { return x.index == y.index && x.weight == y.weight; });
 }
 
-class NearestSources : public testing::TestWithParam<Simd> {
+class NearestSources : public ::testing::TestWithParam<Simd> {
 protected:
   NearestSources() { useSimd(GetParam()); }
   ~NearestSources() override { useSimd(supportedSimd().back()); }

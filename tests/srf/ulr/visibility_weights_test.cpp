@@ -30,7 +30,7 @@ capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position) {
 }
 
 // A floor with a square above it: visible regions end along smooth edges on the floor.
-class FloorUnderSquare : public testing::Test {
+class FloorUnderSquare : public ::testing::Test {
 protected:
   static constexpr float kSpacing = 0.05f;
 

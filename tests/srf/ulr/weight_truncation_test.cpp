@@ -33,7 +33,7 @@ BlendSet truncatedBy(BlendSet blend, float error) {
 }
 
 // Weight of each of `count` sources.
-std::vector<float> weightsOf(const BlendSet& blend, size_t count) {
+std::vector<float> denseWeights(const BlendSet& blend, size_t count) {
   std::vector<float> weights(count);
   for (const auto& [index, weight] : blend) weights[index] = weight;
   return weights;
@@ -83,7 +83,7 @@ TEST(WeightTruncation, IsContinuousInTheWeights) {
         const float t = static_cast<float>(step) / kSteps;
         BlendSet blend = from;
         for (size_t i = 0; i < kCount; ++i) blend[i].weight += t * (to[i].weight - from[i].weight);
-        const std::vector<float> now = weightsOf(truncatedBy(blend, error), kCount);
+        const std::vector<float> now = denseWeights(truncatedBy(blend, error), kCount);
         for (size_t i = 0; i < kCount && step > 0; ++i) EXPECT_NEAR(now[i], before[i], 20.f / kSteps);
         before = now;
       }
@@ -95,8 +95,9 @@ TEST(WeightTruncation, KeepsTheSumAndTheOrderOfWeights) {
   std::mt19937 random(3);
   for (int run = 0; run < 1000; ++run) {
     const BlendSet blend = randomBlend(6, random);
-    EXPECT_EQ(weightsOf(truncatedBy(blend, 0), 6), weightsOf(blend, 6));
-    const std::vector<float> before = weightsOf(blend, 6), after = weightsOf(truncatedBy(blend, 0.2f), 6);
+    EXPECT_EQ(denseWeights(truncatedBy(blend, 0), 6), denseWeights(blend, 6));
+    const std::vector<float> before = denseWeights(blend, 6),
+                             after = denseWeights(truncatedBy(blend, 0.2f), 6);
     float sum = 0;
     for (size_t i = 0; i < 6; ++i) {
       sum += after[i];
@@ -127,8 +128,8 @@ TEST(WeightTruncation, LanesEqualThePlainForm) {
         truncated.setPlaces(places);
         truncated.blend(towards, count, lanes);
         for (size_t lane = 0; lane < kQueryLanes; ++lane) {
-          const std::vector<float> wanted = weightsOf(truncatedBy(plain.of(lane), error), lights.size()),
-                                   got = weightsOf(lanes.of(lane), lights.size());
+          const std::vector<float> wanted = denseWeights(truncatedBy(plain.of(lane), error), lights.size()),
+                                   got = denseWeights(lanes.of(lane), lights.size());
           for (size_t i = 0; i < lights.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-5f) << nameOf(simd);
         }
       }

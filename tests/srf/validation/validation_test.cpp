@@ -11,7 +11,7 @@ using Severity = Finding::Severity;
 using studio::Studio;
 
 // Capture, mesh and photographs of the Lambert sphere.
-class Checks : public testing::Test {
+class Checks : public ::testing::Test {
 protected:
   Checks() {
     capture = studio::photograph({.cameras = 10, .lights = 24, .size = 64}, folder.path());

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class File : public testing::Test {
+class File : public ::testing::Test {
 protected:
   File() {
     std::string name = (fs::temp_directory_path() / "surflect_file_XXXXXX").string();

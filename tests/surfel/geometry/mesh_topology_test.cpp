@@ -10,7 +10,7 @@ namespace {
 
 using Triangles = std::vector<std::array<uint32_t, 3>>;
 
-TriangleMesh meshOf(const std::vector<Vec3<float>>& positions, Triangles triangles) {
+TriangleMesh meshWith(const std::vector<Vec3<float>>& positions, Triangles triangles) {
   TriangleMesh mesh{{}, std::move(triangles)};
   for (const auto& p : positions) mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
   return mesh;
@@ -18,7 +18,7 @@ TriangleMesh meshOf(const std::vector<Vec3<float>>& positions, Triangles triangl
 
 // Outwards.
 TriangleMesh tetrahedron() {
-  return meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}});
+  return meshWith({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}});
 }
 
 // Every corner a vertex of its own.
@@ -33,7 +33,7 @@ TriangleMesh apart(const TriangleMesh& mesh) {
 }
 
 TEST(MeshTopology, VerticesAtOnePlaceAreOne) {
-  const TriangleMesh mesh = meshOf({{0, 0, 0}, {1, 2, 3}, {-0.f, 0, 0}, {1, 2, 3}, {1, 2, 4}}, {});
+  const TriangleMesh mesh = meshWith({{0, 0, 0}, {1, 2, 3}, {-0.f, 0, 0}, {1, 2, 3}, {1, 2, 4}}, {});
   EXPECT_EQ(firstAtPlace(mesh), (std::vector<uint32_t>{0, 1, 0, 1, 4}));
 }
 
@@ -64,18 +64,18 @@ TEST(MeshTopology, TrianglesWoundAgainstMostOfTheirPartAreFound) {
 
 TEST(MeshTopology, PartsHangTogetherOverEdgesOfTwoTriangles) {
   // Two triangles share an edge, a third touches in a corner; three share another edge.
-  const TriangleMesh mesh = meshOf({{0, 0, 0},
-                                    {1, 0, 0},
-                                    {0, 1, 0},
-                                    {1, 1, 0},
-                                    {2, 2, 0},
-                                    {2, 1, 0},
-                                    {5, 0, 0},
-                                    {6, 0, 0},
-                                    {5, 1, 0},
-                                    {5, -1, 0},
-                                    {5, 0, 1}},
-                                   {{0, 1, 2}, {1, 3, 2}, {3, 5, 4}, {6, 7, 8}, {7, 6, 9}, {6, 7, 10}});
+  const TriangleMesh mesh = meshWith({{0, 0, 0},
+                                      {1, 0, 0},
+                                      {0, 1, 0},
+                                      {1, 1, 0},
+                                      {2, 2, 0},
+                                      {2, 1, 0},
+                                      {5, 0, 0},
+                                      {6, 0, 0},
+                                      {5, 1, 0},
+                                      {5, -1, 0},
+                                      {5, 0, 1}},
+                                     {{0, 1, 2}, {1, 3, 2}, {3, 5, 4}, {6, 7, 8}, {7, 6, 9}, {6, 7, 10}});
   const MeshParts parts = partsOf(mesh);
   ASSERT_EQ(parts.parts.size(), 5u);
   EXPECT_EQ(parts.parts[0].triangles, (std::vector<uint32_t>{0, 1}));
@@ -98,7 +98,7 @@ TEST(MeshTopology, AMoebiusStripIsLeftAsItIs) {
       if (twisted && i + 1 == n) std::swap(c, d);
       triangles.insert(triangles.end(), {{a, b, c}, {c, b, d}});
     }
-    return meshOf(positions, triangles);
+    return meshWith(positions, triangles);
   };
   EXPECT_TRUE(partsOf(strip(false)).parts[0].isOrientable);
   const MeshParts parts = partsOf(strip(true));

@@ -12,18 +12,18 @@
 namespace surflect {
 namespace {
 
-std::filesystem::path fileWith(std::string_view content) {
+std::filesystem::path objWith(std::string_view content) {
   static const image::TemporaryFolder folder; // of this process: tests run side by side
   const auto path = folder / "content.OBJ";
   writeFileAtomically(path, content);
   return path;
 }
 
-TriangleMesh meshOf(std::string_view content) { return parseObj(content); }
+TriangleMesh parsedMesh(std::string_view content) { return parseObj(content); }
 
-std::string complaintAbout(std::string_view content) {
+std::string objComplaint(std::string_view content) {
   try {
-    meshOf(content);
+    parsedMesh(content);
   } catch (const Error& error) {
     return error.what();
   }
@@ -32,7 +32,7 @@ std::string complaintAbout(std::string_view content) {
 
 constexpr std::string_view corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 using Triangles = std::vector<std::array<uint32_t, 3>>;
-const Triangles square = {{0, 1, 2}, {0, 2, 3}};
+const Triangles kSquareTriangles = {{0, 1, 2}, {0, 2, 3}};
 
 std::string withCorners(std::string_view faces) {
   std::string text(corners);
@@ -41,11 +41,11 @@ std::string withCorners(std::string_view faces) {
 }
 
 TEST(Obj, ConvexPolygonsBecomeFans) {
-  const TriangleMesh mesh = meshOf(withCorners("f 1 2 3 4\n"));
-  EXPECT_EQ(mesh.triangles, square);
+  const TriangleMesh mesh = parsedMesh(withCorners("f 1 2 3 4\n"));
+  EXPECT_EQ(mesh.triangles, kSquareTriangles);
   ASSERT_EQ(mesh.positions.size(), 4u);
   EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
-  EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5").triangles,
+  EXPECT_EQ(parsedMesh("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5").triangles,
             (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
@@ -63,37 +63,37 @@ TEST(Obj, ConcavePolygonsAreCutUnlessAskedForAsFans) {
 TEST(Obj, CornersMayCountFromTheEndAndCarryTextureAndNormal) {
   for (const std::string_view face : {"f -4 -3 -2 -1", "f 1/9 2/8 3/7 4/6", "f 1//9 2//8 3//7 4//6",
                                       "f 1/1/1 2/2/2 3/3/3 4/4/4", "f -4/-4/-4 +2 -2//-1 4"})
-    EXPECT_EQ(meshOf(withCorners(face)).triangles, square) << face;
+    EXPECT_EQ(parsedMesh(withCorners(face)).triangles, kSquareTriangles) << face;
   // -1 is the last vertex so far, not of the file.
-  EXPECT_EQ(meshOf("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\n").triangles, (Triangles{{0, 1, 2}}));
+  EXPECT_EQ(parsedMesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\n").triangles, (Triangles{{0, 1, 2}}));
   // A positive number may name a vertex still to come.
-  EXPECT_EQ(meshOf("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles, (Triangles{{0, 1, 2}}));
+  EXPECT_EQ(parsedMesh("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles, (Triangles{{0, 1, 2}}));
 }
 
 TEST(Obj, CommentsBlanksContinuationsAndOtherKeywordsDoNotMatter) {
-  const TriangleMesh mesh = meshOf(
+  const TriangleMesh mesh = parsedMesh(
       "# a square\r\nmtllib a.mtl\r\n\r\no square\r\nv\t0 0 \\\r\n 0 # first\r\nv 1 0 0 1.0 0.5 0.5 0.5\r\n"
       "vn 0 0 1\r\nvt 0 0\r\n  v 1e0 +1 0\r\nv 0 1 0\r\ns off\r\nusemtl x\r\nf 1 2 \\\r\n3 4");
-  EXPECT_EQ(mesh.triangles, square);
+  EXPECT_EQ(mesh.triangles, kSquareTriangles);
   EXPECT_EQ(mesh.positions[2].raw(), Vec3<float>(1, 1, 0));
 }
 
 TEST(Obj, TrianglesWithoutAreaStayAsStoredAndGoFromTheMesh) {
-  const auto path = fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
+  const auto path = objWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
   EXPECT_EQ(readMeshAsStored(path).triangles.size(), 2u);
   EXPECT_EQ(readMesh(path).triangles, (Triangles{{0, 1, 2}})); // nor does the third vertex stay
-  EXPECT_THROW(readMesh(fileWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
+  EXPECT_THROW(readMesh(objWith("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), Error);
 }
 
 TEST(Obj, AnOriginIsSubtractedBeforeCoordinatesAreRounded) {
   const auto path =
-      fileWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
+      objWith("v 500000.125 4600000.0625 30\nv 500001 4600000 30\nv 500000 4600001 30\nf 1 2 3\n");
   EXPECT_EQ(readMesh(path, {.origin = {500000, 4600000, 30}}).positions[0].raw(),
             Vec3<float>(0.125f, 0.0625f, 0));
 }
 
 TEST(Obj, ComplaintsNameTheFile) {
-  const auto path = fileWith("v 1");
+  const auto path = objWith("v 1");
   try {
     readMesh(path);
     ADD_FAILURE();
@@ -104,18 +104,18 @@ TEST(Obj, ComplaintsNameTheFile) {
 
 TEST(Obj, ComplaintsNameTheLine) {
   const std::string four(corners);
-  EXPECT_EQ(complaintAbout(four + "f 1 2 5\n"), "line 5: found 5, expected a vertex of 1..4");
-  EXPECT_EQ(complaintAbout(four + "f 1 2 0\n"), "line 5: found 0, expected a vertex of 1..4 or -1..-4");
-  EXPECT_EQ(complaintAbout(four + "f 1 2 -5\n"), "line 5: found -5, expected a vertex of 1..4 or -1..-4");
-  EXPECT_EQ(complaintAbout(four + "f 1 2 -9223372036854775808"),
+  EXPECT_EQ(objComplaint(four + "f 1 2 5\n"), "line 5: found 5, expected a vertex of 1..4");
+  EXPECT_EQ(objComplaint(four + "f 1 2 0\n"), "line 5: found 0, expected a vertex of 1..4 or -1..-4");
+  EXPECT_EQ(objComplaint(four + "f 1 2 -5\n"), "line 5: found -5, expected a vertex of 1..4 or -1..-4");
+  EXPECT_EQ(objComplaint(four + "f 1 2 -9223372036854775808"),
             "line 5: found -9223372036854775808, expected a vertex of 1..4 or -1..-4");
-  EXPECT_EQ(complaintAbout(four + "f 1 2 99999999999999999999"),
+  EXPECT_EQ(objComplaint(four + "f 1 2 99999999999999999999"),
             "line 5: found '99999999999999999999', expected a vertex number");
-  EXPECT_EQ(complaintAbout(four + "\n\nf 1 \\\n2 x"), "line 7: found 'x', expected a vertex number");
-  EXPECT_EQ(complaintAbout(four + "f 1 2"), "line 5.f: found 2, expected at least three corners");
-  EXPECT_EQ(complaintAbout("v 1 2"), "line 1.v: found 2, expected three coordinates");
-  EXPECT_EQ(complaintAbout("v 1 2 1e99"), "line 1.v: found 1 2 1e99, expected finite coordinates");
-  EXPECT_EQ(complaintAbout("v 1 2 3x"), "line 1: found '3x', expected a number");
+  EXPECT_EQ(objComplaint(four + "\n\nf 1 \\\n2 x"), "line 7: found 'x', expected a vertex number");
+  EXPECT_EQ(objComplaint(four + "f 1 2"), "line 5.f: found 2, expected at least three corners");
+  EXPECT_EQ(objComplaint("v 1 2"), "line 1.v: found 2, expected three coordinates");
+  EXPECT_EQ(objComplaint("v 1 2 1e99"), "line 1.v: found 1 2 1e99, expected finite coordinates");
+  EXPECT_EQ(objComplaint("v 1 2 3x"), "line 1: found '3x', expected a number");
 }
 
 TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
@@ -126,7 +126,7 @@ TEST(Obj, EveryDamagedByteGivesAMeshOrAnErrorOfOneLine) {
     std::string text = whole;
     for (int k = 0; k < 2; ++k) text[random() % text.size()] = static_cast<char>(random());
     try {
-      const TriangleMesh mesh = meshOf(text);
+      const TriangleMesh mesh = parsedMesh(text);
       ++meshes;
       for (const auto& triangle : mesh.triangles)
         for (const uint32_t corner : triangle) ASSERT_LT(corner, mesh.positions.size());
@@ -143,7 +143,7 @@ TEST(Obj, ReadingAMeshStopsWhereverItIsAskedTo) {
   for (int i = 0; i < vertices; ++i) text += "v " + std::to_string(i) + (i % 2 ? " 1 0\n" : " 0 0\n");
   for (int i = 1; i + 2 <= vertices; ++i)
     text += "f " + std::to_string(i) + ' ' + std::to_string(i + 1) + ' ' + std::to_string(i + 2) + '\n';
-  const auto path = fileWith(text);
+  const auto path = objWith(text);
   EXPECT_EQ(readMesh(path).triangles.size(), vertices - 2u);
   expectStopsWhenAsked([&](const Progress& progress) { readMesh(path, {}, progress); },
                        3 * vertices / 1024); // of statements, of faces, of triangles
@@ -163,8 +163,8 @@ TEST(Obj, VerticesAreSplitWhereATextureHasASeam) {
 TEST(Obj, ATexturedFileWithoutSeamsIsThePlainOne) {
   const std::string text = withCorners("vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
   const TexturedMesh textured = parseTexturedObj(text);
-  EXPECT_EQ(textured.mesh.triangles, meshOf(text).triangles);
-  EXPECT_EQ(textured.mesh.positions, meshOf(text).positions);
+  EXPECT_EQ(textured.mesh.triangles, parsedMesh(text).triangles);
+  EXPECT_EQ(textured.mesh.positions, parsedMesh(text).positions);
 }
 
 TEST(Obj, AFaceWithACornerWithoutTextureLiesAtTheTexturesOrigin) {
@@ -185,7 +185,7 @@ TEST(Obj, VerticesAreSplitWhereNormalsDiffer) {
   for (size_t i = 0; i < 6; ++i)
     EXPECT_EQ(mesh.normals[i], i < 3 ? Vec3<double>(0, 0, 2) : Vec3<double>(1, 0, 0));
   const TexturedMesh bare = parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1//1 3//1 4//1\n"));
-  EXPECT_EQ(bare.mesh.triangles, square);
+  EXPECT_EQ(bare.mesh.triangles, kSquareTriangles);
   EXPECT_EQ(bare.normals, std::vector<Vec3<double>>(4, {0, 0, 1}));
   EXPECT_TRUE(bare.textureCoordinates.empty());
   const TexturedMesh some = parseTexturedObj(withCorners("vn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n"));

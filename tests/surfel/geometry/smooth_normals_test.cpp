@@ -18,7 +18,7 @@ using Point = Point3<AcquisitionSpace>;
 
 // An octahedron whose triangles are cut into four and pushed onto the unit sphere, again and again, vertices
 // moved about on it by up to `jitter` of an edge.
-TriangleMesh ball(int cuts, double jitter, uint32_t seed) {
+TriangleMesh roundBall(int cuts, double jitter, uint32_t seed) {
   std::vector<Vector> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   TriangleMesh mesh;
   mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -79,7 +79,7 @@ TriangleMesh transformed(TriangleMesh mesh, const Mat3<double>& linear, const Ve
 // [Max 1999]: exact at vertices on a sphere, and an interpolated normal there is along its own point.
 TEST(SmoothNormals, OfABallAreExact) {
   for (const uint32_t seed : {1u, 2u, 3u})
-    EXPECT_LT(worstAngle(ball(4, 0.3, seed), [](const Vector& p) { return p; }), 2e-5);
+    EXPECT_LT(worstAngle(roundBall(4, 0.3, seed), [](const Vector& p) { return p; }), 2e-5);
 }
 
 // n times 2n vertices, alike but for a smooth map, so that what is of first order cancels across a vertex.
@@ -161,7 +161,8 @@ TEST(SmoothNormals, AreRoundUpToTheCreaseAngle) {
 }
 
 TEST(SmoothNormals, TurnWithTheMesh) {
-  const TriangleMesh mesh = transformed(ball(3, 0.4, 8), Vector(1, 0.6, 1.4).asDiagonal(), Vector::Zero());
+  const TriangleMesh mesh =
+      transformed(roundBall(3, 0.4, 8), Vector(1, 0.6, 1.4).asDiagonal(), Vector::Zero());
   const Mat3<double> turn = Eigen::AngleAxisd(1.1, Vector(1, -2, 3).normalized()).toRotationMatrix();
   const Vector offset(3, -1, 2);
   const TriangleMesh moved = transformed(mesh, 2 * turn, offset);
@@ -174,7 +175,7 @@ TEST(SmoothNormals, TurnWithTheMesh) {
 }
 
 TEST(SmoothNormals, VerticesAtOnePlaceAreOne) {
-  const TriangleMesh mesh = ball(3, 0.4, 10);
+  const TriangleMesh mesh = roundBall(3, 0.4, 10);
   TriangleMesh apart;
   for (const auto& triangle : mesh.triangles) {
     const auto first = static_cast<uint32_t>(apart.positions.size());
@@ -211,7 +212,7 @@ TEST(SmoothNormals, StayWithinTheCreaseAngleOfTheirTriangle) {
 }
 
 TEST(SmoothNormals, SameBitsForAnyThreads) {
-  const TriangleMesh mesh = ball(4, 0.3, 13);
+  const TriangleMesh mesh = roundBall(4, 0.3, 13);
   const SmoothNormals reference(mesh);
   for (const int threads : {1, 3})
     tbb::task_arena(threads).execute([&] {
@@ -223,10 +224,10 @@ TEST(SmoothNormals, SameBitsForAnyThreads) {
     });
 }
 
-// Purpose of smooth normals: on a ball whose triangles lean by 11 degrees, surfels face away from its centre.
-// They lie slightly beside the triangle whose point was nearest.
+// Purpose of smooth normals: on a roundBall whose triangles lean by 11 degrees, surfels face away from its
+// centre. They lie slightly beside the triangle whose point was nearest.
 TEST(Sampling, SurfelsOfACoarseBallHaveItsNormals) {
-  const SurfelCloud cloud = sampleSurfels(ball(2, 0, 1), 0.05);
+  const SurfelCloud cloud = sampleSurfels(roundBall(2, 0, 1), 0.05);
   for (size_t i = 0; i < cloud.size(); ++i)
     EXPECT_GT(rotationOf<double>(cloud.r0[i]).col(2).dot(cloud.p0[i].cast<double>().raw().normalized()),
               std::cos(Angle::fromDegrees(1).radians()));

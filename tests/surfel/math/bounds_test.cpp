@@ -7,20 +7,20 @@
 namespace surflect {
 namespace {
 
-using Point = Point3<ObjectSpace>;
+using ObjectPoint = Point3<ObjectSpace>;
 
 TEST(Bounds, HoldAllPointsAndEachSideTouchesOne) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-3, 5);
   for (size_t count = 1; count < 20; ++count) {
-    std::vector<Point> points;
+    std::vector<ObjectPoint> points;
     for (size_t i = 0; i < count; ++i) {
       const float x = uniform(random), y = uniform(random), z = uniform(random);
       points.emplace_back(x, y, z);
     }
     const Eigen::AlignedBox3d box = boundsOf(points);
     Vec3<double> least = box.max(), most = box.min();
-    for (const Point& p : points) {
+    for (const ObjectPoint& p : points) {
       EXPECT_TRUE(box.contains(p.cast<double>().raw()));
       least = least.cwiseMin(p.cast<double>().raw());
       most = most.cwiseMax(p.cast<double>().raw());
@@ -31,7 +31,7 @@ TEST(Bounds, HoldAllPointsAndEachSideTouchesOne) {
   }
 }
 
-TEST(Bounds, OfNoPointsAreEmpty) { EXPECT_TRUE(boundsOf(std::vector<Point>{}).isEmpty()); }
+TEST(Bounds, OfNoPointsAreEmpty) { EXPECT_TRUE(boundsOf(std::vector<ObjectPoint>{}).isEmpty()); }
 
 } // namespace
 } // namespace surflect

@@ -12,8 +12,8 @@ namespace surflect {
 namespace {
 
 template <class Real>
-PaddedRows<Real> productOf(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b,
-                           bool upper = false) {
+PaddedRows<Real> multiplied(const PaddedRows<Real>& a, bool turned, const PaddedRows<Real>& b,
+                            bool upper = false) {
   PaddedRows<Real> c(turned ? a.columns() : a.rows(), b.columns());
   multiply(MatrixProduct<Real>{a.row(0), turned ? 1 : a.stride(), turned ? a.stride() : 1, b.row(0),
                                b.stride(), c.row(0), c.stride(), c.rows(), b.rows(), b.stride(), upper});
@@ -28,7 +28,7 @@ template <class Real> void expectProducts() {
         for (const bool turned : {false, true}) {
           const auto a = turned ? noise<Real>(inner, rows, generator) : noise<Real>(rows, inner, generator);
           const auto b = noise<Real>(inner, columns, generator);
-          const auto product = [&] { return productOf(a, turned, b); };
+          const auto product = [&] { return multiplied(a, turned, b); };
           const auto c = inSimd(Simd::scalar, product);
           for (size_t i = 0; i < rows; ++i)
             for (size_t j = 0; j < c.stride(); ++j) {
@@ -53,9 +53,9 @@ template <class Real> void expectUpperProducts() {
   std::mt19937 generator(4);
   for (const size_t size : {1, 8, 20, 61}) {
     const auto a = noise<Real>(40, size, generator);
-    const auto whole = inSimd(Simd::scalar, [&] { return productOf(a, true, a); });
+    const auto whole = inSimd(Simd::scalar, [&] { return multiplied(a, true, a); });
     for (const Simd simd : EachSimd()) {
-      const auto upper = productOf(a, true, a, true);
+      const auto upper = multiplied(a, true, a, true);
       for (size_t i = 0; i < size; ++i)
         for (size_t j = i / 8 * 8; j < size; ++j)
           ASSERT_EQ(upper.row(i)[j], whole.row(i)[j]) << nameOf(simd) << ' ' << size;

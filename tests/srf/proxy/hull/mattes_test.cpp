@@ -8,7 +8,7 @@ namespace surflect::hull {
 namespace {
 
 // Two views under two lights; picture and mask of each frame are files of their own.
-class Mattes : public testing::Test {
+class Mattes : public ::testing::Test {
 protected:
   Mattes() {
     for (const auto& camera : shapes::camerasAround(2, 16))

@@ -10,7 +10,6 @@ namespace surflect::proxy {
 namespace {
 
 using Cameras = std::vector<capture::Camera<AcquisitionSpace>>;
-constexpr double kPi = std::numbers::pi;
 
 capture::Camera<AcquisitionSpace> cameraAt(const Vec3<double>& position,
                                            const Vec3<double>& target = {0, 0, 0}) {
@@ -35,12 +34,12 @@ Cameras camerasAround(bool above = false) {
 }
 
 // A sphere's part from the pole +z to the polar angle `end`, facing outwards.
-TriangleMesh ball(const Vec3<double>& center = {0, 0, 0}, double radius = 1, double end = kPi) {
+TriangleMesh ball(const Vec3<double>& center = {0, 0, 0}, double radius = 1, double end = std::numbers::pi) {
   constexpr uint32_t n = 16;
   TriangleMesh mesh;
   for (uint32_t j = 0; j <= n; ++j)
     for (uint32_t i = 0; i < 2 * n; ++i) {
-      const double theta = end * j / n, phi = kPi * i / n;
+      const double theta = end * j / n, phi = std::numbers::pi * i / n;
       const Vec3<double> direction(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
                                    std::cos(theta));
       mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(Vec3<double>(center + radius * direction)));
@@ -97,9 +96,9 @@ void expectSound(const TriangleMesh& mesh, const Cameras& cameras) {
 TEST(MeshMending, SoundMeshesComeBackAsTheyAre) {
   expectSound(ball(), camerasAround());
   expectSound(joined(ball(), ball({1.2, 0, 0}, 0.4)), camerasAround());
-  expectSound(ball({0, 0, 0}, 1, kPi / 2), camerasAround(true)); // a dome seen from above
+  expectSound(ball({0, 0, 0}, 1, std::numbers::pi / 2), camerasAround(true)); // a dome seen from above
   // A bowl of no thickness, with triangles for both of its sides.
-  const TriangleMesh bowl = ball({0, 0, 0}, 1, kPi / 2);
+  const TriangleMesh bowl = ball({0, 0, 0}, 1, std::numbers::pi / 2);
   expectSound(joined(bowl, turned(bowl)), camerasAround());
   expectSound(joined(square(1), turned(square(1))), camerasAround());
   expectSound(ball(), {}); // no camera, nothing to tell

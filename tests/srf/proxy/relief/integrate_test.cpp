@@ -61,7 +61,7 @@ Scene sceneOf(const capture::Camera<AcquisitionSpace>& camera, const DepthFuncti
   return scene;
 }
 
-bool everywhere(const Vec2<double>&) { return true; }
+bool wholePlane(const Vec2<double>&) { return true; }
 
 // Root mean square error of depth where `counts`, after the free constant is taken: an offset of orthographic
 // depths, a factor of pinhole ones.
@@ -124,7 +124,7 @@ TEST(Integrate, ErrorsFallWithTheSquareOfThePixel) {
                                           {capture::Lens::Model::pinhole, -0.15}}) {
     std::vector<double> errors;
     for (const int size : {16, 32, 64})
-      errors.push_back(depthError(sceneOf(cameraOf(model, size, distortion), waves, everywhere)));
+      errors.push_back(depthError(sceneOf(cameraOf(model, size, distortion), waves, wholePlane)));
     EXPECT_GT(errors[0] / errors[1], 3.5);
     EXPECT_GT(errors[1] / errors[2], 3.5);
     EXPECT_LT(errors[2], 1e-4);
@@ -168,7 +168,7 @@ TEST(Integrate, EveryPieceLiesAroundTheFrontalPlane) {
 
 TEST(Integrate, WhatIsUnknownFollowsItsNeighbours) {
   const auto slope = [](const Vec2<double>& q) { return 3 + 0.5 * q[0]; };
-  Scene scene = sceneOf(cameraOf(capture::Lens::Model::orthographic, 48), slope, everywhere);
+  Scene scene = sceneOf(cameraOf(capture::Lens::Model::orthographic, 48), slope, wholePlane);
   const auto inHole = [](size_t i) { return i % 48 >= 20 && i % 48 < 26 && i / 48 >= 20 && i / 48 < 26; };
   for (size_t i = 0; i < scene.mask.inside.size(); ++i)
     if (inHole(i)) std::fill_n(&scene.normals.values[3 * i], 3, 0.f);

@@ -14,7 +14,7 @@
 namespace surflect::relief {
 namespace {
 
-capture::Camera<AcquisitionSpace> cameraOf(capture::Lens::Model model) {
+capture::Camera<AcquisitionSpace> turnedCamera(capture::Lens::Model model) {
   capture::Camera<AcquisitionSpace> camera;
   camera.lens = {model, 30, 21, 40, 42, 14, 11, 0, 0, 0, 0};
   if (model == capture::Lens::Model::pinhole) camera.lens.k1 = -0.1;
@@ -23,7 +23,7 @@ capture::Camera<AcquisitionSpace> cameraOf(capture::Lens::Model model) {
   return camera;
 }
 
-image::Mask randomMask(uint32_t seed) {
+image::Mask raggedMask(uint32_t seed) {
   std::mt19937 random(seed);
   image::Mask mask(30, 21);
   for (int y = 0; y < 21; ++y)
@@ -86,9 +86,9 @@ void expectCovers(const capture::Camera<AcquisitionSpace>& camera, const Triangl
 
 TEST(ReliefMesh, HasAQuadAPixelAndFacesTheCamera) {
   for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
-    const auto camera = cameraOf(model);
+    const auto camera = turnedCamera(model);
     for (uint32_t seed = 1; seed < 4; ++seed) {
-      const image::Mask mask = randomMask(seed);
+      const image::Mask mask = raggedMask(seed);
       const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, mask));
       EXPECT_EQ(mesh.triangles.size(), 2 * static_cast<size_t>(std::ranges::count(mask.inside, 1)));
       expectFaces(camera, mesh, 0.45);
@@ -113,7 +113,7 @@ std::vector<std::array<Vec2<double>, 2>> outlineOf(const capture::Camera<Acquisi
 }
 
 TEST(ReliefMesh, TheOutlineOfADiscIsACircle) {
-  auto camera = cameraOf(capture::Lens::Model::orthographic);
+  auto camera = turnedCamera(capture::Lens::Model::orthographic);
   camera.lens.width = camera.lens.height = 100;
   const Vec2<double> middle(50.3, 49.6);
   const double radius = 41;
@@ -139,8 +139,8 @@ TEST(ReliefMesh, TheOutlineOfADiscIsACircle) {
 
 TEST(ReliefMesh, CornersLieOnTheSurface) {
   for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
-    const auto camera = cameraOf(model);
-    const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, randomMask(5)));
+    const auto camera = turnedCamera(model);
+    const TriangleMesh mesh = reliefMesh(camera, wavyDepth(camera, raggedMask(5)));
     for (const auto& p : mesh.positions) {
       const auto seen = camera.cameraFromWorld(p.cast<double>());
       const auto pixel = capture::project(camera.lens, seen);
@@ -154,8 +154,8 @@ TEST(ReliefMesh, CornersLieOnTheSurface) {
 
 TEST(PlaneMesh, CoversTheMaskInThePlaneOfTheOrigin) {
   for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
-    const auto camera = cameraOf(model);
-    const image::Mask mask = randomMask(6);
+    const auto camera = turnedCamera(model);
+    const image::Mask mask = raggedMask(6);
     const TriangleMesh mesh = planeMesh(camera, mask);
     EXPECT_LT(mesh.triangles.size(), 1.5 * static_cast<double>(std::ranges::count(mask.inside, 1)));
     for (const auto& p : mesh.positions)
@@ -165,7 +165,7 @@ TEST(PlaneMesh, CoversTheMaskInThePlaneOfTheOrigin) {
 }
 
 TEST(PlaneMesh, WithoutObjectIsEmpty) {
-  EXPECT_TRUE(planeMesh(cameraOf(capture::Lens::Model::pinhole), image::Mask(30, 21)).triangles.empty());
+  EXPECT_TRUE(planeMesh(turnedCamera(capture::Lens::Model::pinhole), image::Mask(30, 21)).triangles.empty());
 }
 
 } // namespace
