@@ -56,8 +56,10 @@ void apply(const RenderState& state, int width, int height) {
   enable(GL_SCISSOR_TEST, state.scissor.has_value());
   glScissor(scissor.x, scissor.y, scissor.width, scissor.height);
 
-  const bool replaces = state.blend.source == Factor::one && state.blend.target == Factor::zero;
+  const bool adds = state.blend.equation == Equation::add;
+  const bool replaces = adds && state.blend.source == Factor::one && state.blend.target == Factor::zero;
   enable(GL_BLEND, !replaces);
+  glBlendEquation(adds ? GL_FUNC_ADD : GL_FUNC_REVERSE_SUBTRACT);
   glBlendFunc(named(state.blend.source), named(state.blend.target));
   const auto& [red, green, blue, alpha] = state.writeColor;
   glColorMask(red, green, blue, alpha);

@@ -24,9 +24,15 @@ enum class Factor {
   oneMinusTargetAlpha,
 };
 
-// Blend of a fragment with its pixel: source * fragment + target * pixel, in all four channels.
+enum class Equation {
+  add,     // source * fragment + target * pixel
+  subtract // target * pixel - source * fragment
+};
+
+// Blend of a fragment with its pixel, in all four channels.
 struct Blend {
   Factor source = Factor::one, target = Factor::zero;
+  Equation equation = Equation::add;
 };
 
 enum class Compare { always, less, lessEqual, equal };

@@ -1,5 +1,6 @@
 #include "render/lightfield/common/light_field_folder.h"
 
+#include "render/lightfield/common/mesh_file.h"
 #include "srf/capture/json_fields.h"
 #include "srf/capture/writer.h"
 #include "surfel/base/error.h"
@@ -9,9 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <span>
 #include <system_error>
@@ -73,51 +72,6 @@ capture::Capture rigOf(const capture::Capture& capture) {
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// mesh.bin: two counts of 64 bits, then positions and triangles, little-endian.
-
-static_assert(sizeof(Point3<AcquisitionSpace>) == 12);
-
-template <class T> std::string_view bytesOf(const std::vector<T>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
-}
-
-std::string meshText(const TriangleMesh& mesh) {
-  const std::vector<uint64_t> counts = {mesh.positions.size(), mesh.triangles.size()};
-  std::string text(bytesOf(counts));
-  text += bytesOf(mesh.positions);
-  text += bytesOf(mesh.triangles);
-  return text;
-}
-
-TriangleMesh parseMesh(std::string_view text) {
-  std::array<uint64_t, 2> counts{};
-  if (text.size() < sizeof counts) throw Error("incomplete");
-  std::memcpy(counts.data(), text.data(), sizeof counts);
-  const auto [positions, triangles] = counts;
-  const uint64_t numbers = text.size() / 12; // bounds both counts, so that the sum cannot overflow
-  if (positions > numbers || triangles > numbers ||
-      text.size() != sizeof counts + 12 * (positions + triangles))
-    throw Error::mismatch(std::to_string(positions) + " positions and " + std::to_string(triangles) +
-                              " triangles",
-                          std::to_string(text.size()) + " bytes");
-  TriangleMesh mesh;
-  mesh.positions.resize(positions);
-  mesh.triangles.resize(triangles);
-  const char* start = text.data() + sizeof counts;
-  if (positions > 0) std::memcpy(static_cast<void*>(mesh.positions.data()), start, 12 * positions);
-  if (triangles > 0) std::memcpy(mesh.triangles.data(), start + 12 * positions, 12 * triangles);
-  for (size_t i = 0; i < mesh.positions.size(); ++i)
-    if (!mesh.positions[i].raw().allFinite())
-      throw Error("is not finite").at("positions[" + std::to_string(i) + ']');
-  for (size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (const uint32_t corner : mesh.triangles[t])
-      if (corner >= positions)
-        throw Error::mismatch("below " + std::to_string(positions), std::to_string(corner))
-            .at("triangles[" + std::to_string(t) + ']');
-  return mesh;
-}
-
-// ---------------------------------------------------------------------------------------------------------
 
 // Checksum of all fields other than `checksum`.
 std::string ownChecksum(Json json) {
@@ -165,7 +119,7 @@ fs::path LightFieldWriter::file(std::string_view name) {
 void LightFieldWriter::commit(const capture::Capture& capture, const TriangleMesh& mesh,
                               const Numbers& numbers, const Progress& progress) {
   capture::writeCapture(rigOf(capture), folder_);
-  writeFileAtomically(folder_ / kMeshFile, meshText(mesh));
+  writeMeshFile(folder_ / kMeshFile, mesh);
   file(kRigFile), file(kMeshFile);
   Json json = {{"format", format_}, {"version", version_}, {"numbers", numbers}, {"files", Json::object()}};
   for (const auto& [name, path] : files_)
@@ -207,11 +161,7 @@ LightFieldFolder::LightFieldFolder(fs::path folder, std::string_view format, int
   check(kRigFile, progress);
   rig_ = capture::readCapture(folder_, capture::PathRule::unmade);
   check(kMeshFile, progress);
-  try {
-    mesh_ = parseMesh(readFile(folder_ / kMeshFile, kLargestFile, progress));
-  } catch (Error& error) {
-    throw std::move(error).in(folder_ / kMeshFile);
-  }
+  mesh_ = readMeshFile(folder_ / kMeshFile, progress);
 }
 
 double LightFieldFolder::number(std::string_view name, double lowest, double highest) const {

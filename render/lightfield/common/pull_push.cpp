@@ -77,7 +77,7 @@ void pullPush(std::span<Eigen::Vector4f> texels, int width, int height) {
   if (std::ranges::all_of(texels, [](const Eigen::Vector4f& texel) { return texel[3] >= 1; })) return;
   std::vector<Level> levels{{width, height, {texels.begin(), texels.end()}}};
   while (levels.back().texels.size() > 1) levels.push_back(pulled(levels.back()));
-  // The last texel is the mean of all; of weight 0, if nothing has weight, and then any colour is left over.
+  // The coarsest texel is the mean of all. Without any weight its colour is undefined, and black is taken.
   Eigen::Vector4f& mean = levels.back().at(0, 0);
   if (!(mean[3] > 0)) mean.head<3>().setZero();
   for (size_t level = levels.size() - 1; level-- > 0;) push(levels[level + 1], levels[level]);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <memory>
 #include <utility>
 
 namespace surflect::lightfield {
@@ -55,7 +56,12 @@ proxy::Impostor geometryOf(const capture::Capture& capture, const ViewsOptions& 
 
 Views::Views(const std::filesystem::path& folder, const ViewsOptions& options, const Progress& progress)
     : capture_(fixedLightCapture(folder, options)), geometry_(geometryOf(capture_, options, progress)),
-      rays_(geometry_.mesh, progress) {}
+      rays_(std::make_unique<const RayCaster<AcquisitionSpace>>(geometry_.mesh, progress)) {}
+
+void Views::replaceMesh(TriangleMesh mesh, const Progress& progress) {
+  rays_ = std::make_unique<const RayCaster<AcquisitionSpace>>(mesh, progress);
+  geometry_.mesh = std::move(mesh);
+}
 
 std::vector<size_t> Views::ofSplit(capture::Split split) const {
   std::vector<size_t> views;
@@ -68,7 +74,7 @@ image::Image Views::read(size_t view, const Progress& progress) const {
   const capture::Photograph photograph =
       std::move(capture::readPhotographs(capture_, std::array{view}, progress)[0]);
   return image::overBlack(photograph.radiance,
-                          photograph.hasMatte ? photograph.alpha : capture::silhouette(camera(view), rays_));
+                          photograph.hasMatte ? photograph.alpha : capture::silhouette(camera(view), rays()));
 }
 
 } // namespace surflect::lightfield

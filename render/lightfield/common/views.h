@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,9 @@ public:
   // Geometry by the training views, as pack makes it: a mesh file, repaired, or a visual hull.
   const proxy::Impostor& geometry() const { return geometry_; }
   const TriangleMesh& mesh() const { return geometry_.mesh; } // in acquisition space
-  const RayCaster<AcquisitionSpace>& rays() const { return rays_; }
+  const RayCaster<AcquisitionSpace>& rays() const { return *rays_; }
+  // Replaces the mesh, which must show the same object. Throws Error where it does not fit into memory.
+  void replaceMesh(TriangleMesh mesh, const Progress& progress = {});
   const capture::Capture& capture() const { return capture_; }
 
   // Number of views; one for each photograph, in the order of the capture.
@@ -56,7 +59,7 @@ private:
 
   capture::Capture capture_;
   proxy::Impostor geometry_;
-  RayCaster<AcquisitionSpace> rays_;
+  std::unique_ptr<const RayCaster<AcquisitionSpace>> rays_;
 };
 
 } // namespace surflect::lightfield

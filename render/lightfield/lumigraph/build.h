@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/lightfield/common/views.h"
+#include "render/lightfield/lumigraph/depth_error.h"
 #include "render/lightfield/lumigraph/resample.h"
 #include "render/lightfield/lumigraph/slab.h"
 #include "surfel/base/progress.h"
@@ -10,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace surflect::lumigraph {
@@ -23,7 +25,9 @@ struct BuildOptions {
 struct BuildReport {
   Slabs slabs;
   Tally texels;                          // that lines give; their sum is the size of the lumigraph
+  size_t blackPictures = 0;              // of nodes from which no photograph sees any part of the object
   size_t triangles = 0;                  // of the geometry that corrects depth
+  std::optional<DepthErrors> errors;     // of that geometry, if it is simplified
   uint64_t bytes = 0;                    // of the folder
   std::map<std::string, double> seconds; // by step
 };

@@ -5,7 +5,13 @@
 // distance of the planes, s spacing of st nodes, u spacing of uv texels.
 #pragma once
 
+#include "render/lightfield/lumigraph/slab.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/geometry/ray_caster.h"
+
 #include <cassert>
+#include <cstddef>
 
 namespace surflect::lumigraph {
 
@@ -16,5 +22,16 @@ inline double ghostOffset(double p, double e, double s, double d, double u) {
   assert(d > 0 && d + e > 0 && u > 0);
   return p * e * s / (d * (d + e) * u);
 }
+
+// Errors of a simplified geometry along lines of a lumigraph that meet both the object and the geometry.
+struct DepthErrors {
+  size_t lines = 0;
+  double meanDepth = 0, worstDepth = 0;   // |e|, in scene units
+  double meanOffset = 0, worstOffset = 0; // |ghostOffset()|, in texels
+};
+
+// Errors along lines through the centres of every `step`-th texel in rows and columns of all pictures.
+DepthErrors depthErrors(const Slabs& slabs, const RayCaster<AcquisitionSpace>& object,
+                        const TriangleMesh& geometry, int step, const Progress& progress = {});
 
 } // namespace surflect::lumigraph

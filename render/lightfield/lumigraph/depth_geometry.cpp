@@ -1,6 +1,7 @@
 #include "render/lightfield/lumigraph/depth_geometry.h"
 
 #include "surfel/geometry/ray_caster.h"
+#include "surfel/geometry/simplify.h"
 #include "surfel/math/bounds.h"
 
 #include <cstdint>
@@ -21,6 +22,13 @@ std::vector<Vec3<double>> vertexNormals(const TriangleMesh& mesh) {
 }
 
 } // namespace
+
+DepthGeometry depthGeometry(const TriangleMesh& object, size_t triangles) {
+  if (triangles == 0 || triangles >= object.triangles.size()) return {object, {}, true};
+  DepthGeometry geometry{simplified(object, triangles), {}, false};
+  geometry.fringe = fringeAround(object, geometry.mesh);
+  return geometry;
+}
 
 TriangleMesh fringeAround(const TriangleMesh& object, const TriangleMesh& simplified) {
   const double farthest = boundsOf(object.positions).diagonal().norm() / 10;

@@ -1,4 +1,5 @@
-// Geometry that corrects the depth of a lumigraph's rays.
+// Geometry that corrects the depth of a lumigraph's rays: rays of all nodes are brought to the same point of
+// it.
 #pragma once
 
 #include "surfel/geometry/mesh.h"
@@ -7,9 +8,18 @@
 
 namespace surflect::lumigraph {
 
-// A surface around an object, for pixels that a simplified geometry just misses: the simplified geometry with
-// each vertex moved outwards by the mean height of the object's vertices above its triangles, along their
-// normals. A surface that holds all of the object would stand off so far that nodes disagree on its outline.
+struct DepthGeometry {
+  TriangleMesh mesh;        // the object's own, or a simplified one
+  TriangleMesh fringe;      // around a simplified mesh, for pixels that just miss it; or empty
+  bool exactOutline = true; // the mesh has the object's outline; if not, texels tell where the object ends
+};
+
+// The object's mesh, simplified if it has more than `triangles` triangles; 0: never.
+DepthGeometry depthGeometry(const TriangleMesh& object, size_t triangles);
+
+// The simplified mesh with each vertex moved outwards, along its normal, by the mean height of the object's
+// vertices above the triangles around it. This covers most of the object. A surface that covered all of it
+// would be so far from it that nodes disagreed on the object's outline.
 TriangleMesh fringeAround(const TriangleMesh& object, const TriangleMesh& simplified);
 
 } // namespace surflect::lumigraph

@@ -8,7 +8,7 @@ out vec4 result; // premultiplied
 
 uniform vec3 viewerObject;
 uniform int nodes; // along each side of an st grid
-uniform float overlap;
+uniform float weightSlope; // of slabWeights() in slab.h; 0: the slabs do not overlap
 uniform float filledWeight;
 uniform int exactOutline; // 1: alpha is 1
 // Planes and grids of the slabs (slab.h), relative to the middle of the object.
@@ -49,9 +49,9 @@ void addSlab(sampler2DArray pictureOf, int k, float weight, vec3 point, vec3 tow
 vec3 axisWeights(vec3 towards) {
   vec3 size = abs(towards);
   float largest = max(size.x, max(size.y, size.z));
-  if (overlap == 0.0)
+  if (weightSlope == 0.0)
     return size.x == largest ? vec3(1, 0, 0) : size.y == largest ? vec3(0, 1, 0) : vec3(0, 0, 1);
-  vec3 weights = max(size / largest - 1.0 / (1.0 + overlap), 0.0);
+  vec3 weights = max(1.0 - (largest - size) / largest * weightSlope, 0.0);
   return weights / (weights.x + weights.y + weights.z);
 }
 

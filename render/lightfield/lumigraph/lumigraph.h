@@ -3,8 +3,8 @@
 // [Gortler 1996] Gortler, Grzeszczuk, Szeliski, Cohen: The Lumigraph.
 #pragma once
 
+#include "render/lightfield/lumigraph/depth_geometry.h"
 #include "render/lightfield/lumigraph/slab.h"
-#include "surfel/geometry/mesh.h"
 
 #include <array>
 #include <cstddef>
@@ -23,12 +23,7 @@ struct Lumigraph {
   double overlap = 0; // see slabWeights()
   // Pictures of each slab: node (i, j) is picture i + j * nodes; row 0 has v = 1/2.
   std::array<std::vector<Texel>, kSlabs> texels;
-  // Geometry on which rays are brought to the same point: the object's own, or a simplified one.
-  TriangleMesh geometry;
-  // A surface around the object for pixels that a simplified geometry misses (depth_geometry.h); or empty.
-  TriangleMesh fringe;
-  // Whether the geometry's outline is the object's. If not, texels tell where the object ends.
-  bool exactOutline = true;
+  DepthGeometry geometry;
 
   std::span<const Texel> picture(size_t slab, int i, int j) const {
     const Slab& shape = slabs[slab];

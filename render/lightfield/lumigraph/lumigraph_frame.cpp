@@ -5,12 +5,14 @@
 #include "render/gl/projection.h"
 #include "render/lightfield/lumigraph/reconstruction.h"
 #include "render/lightfield/lumigraph/shaders.h"
+#include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"
 
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,11 +31,11 @@ capture::Camera<AcquisitionSpace> relativeTo(const Vec3<double>& origin,
 
 // Geometry and fringe in one mesh, the fringe last.
 TriangleMesh joined(const Lumigraph& lumigraph, const Vec3<double>& origin) {
-  TriangleMesh result = lumigraph.geometry;
+  TriangleMesh result = lumigraph.geometry.mesh;
   const auto shift = static_cast<uint32_t>(result.positions.size());
-  result.positions.insert(result.positions.end(), lumigraph.fringe.positions.begin(),
-                          lumigraph.fringe.positions.end());
-  for (const auto& [a, b, c] : lumigraph.fringe.triangles)
+  result.positions.insert(result.positions.end(), lumigraph.geometry.fringe.positions.begin(),
+                          lumigraph.geometry.fringe.positions.end());
+  for (const auto& [a, b, c] : lumigraph.geometry.fringe.triangles)
     result.triangles.push_back({a + shift, b + shift, c + shift});
   for (auto& p : result.positions)
     p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.cast<double>().raw() - origin));
@@ -75,23 +77,18 @@ void setSlabs(gl::Program& program, const Lumigraph& lumigraph, const Vec3<doubl
     program.set(name("uvSize"), pair(slab.uvSpacing * slab.width, slab.uvSpacing * slab.height));
   }
   program.set("nodes", lumigraph.slabs[0].nodes);
-  program.set("overlap", static_cast<float>(lumigraph.overlap));
+  program.set("weightSlope",
+              lumigraph.overlap > 0 ? static_cast<float>(weightSlope(lumigraph.overlap)) : 0.f);
   program.set("filledWeight", static_cast<float>(kFilledWeight));
-  program.set("exactOutline", lumigraph.exactOutline ? 1 : 0);
+  program.set("exactOutline", lumigraph.geometry.exactOutline ? 1 : 0);
 }
 
-// Means of squares of samples x samples pixels.
-image::Image averaged(const image::Image& picture, int samples) {
-  if (samples == 1) return picture;
-  image::Image result(picture.width / samples, picture.height / samples, picture.channels);
-  for (int y = 0; y < result.height * samples; ++y)
-    for (int x = 0; x < result.width * samples; ++x) {
-      const std::span<const float> from = picture.at(x, y);
-      const std::span<float> to = result.at(x / samples, y / samples);
-      for (size_t channel = 0; channel < to.size(); ++channel) to[channel] += from[channel];
-    }
-  for (float& value : result.values) value /= static_cast<float>(samples * samples);
-  return result;
+// Range of depths of what is drawn.
+gl::DepthRange rangeOf(const Eigen::AlignedBox3d& box, const capture::Camera<AcquisitionSpace>& camera) {
+  Eigen::Isometry3d cameraFromWorld = Eigen::Isometry3d::Identity();
+  cameraFromWorld.linear() = camera.cameraFromWorld.rotation();
+  cameraFromWorld.translation() = camera.cameraFromWorld.translation();
+  return gl::depthRangeOf(box.transformed(cameraFromWorld));
 }
 
 } // namespace
@@ -101,9 +98,9 @@ LumigraphFrame::Target::Target(int width, int height)
       framebuffer("lumigraph", {{&color}}, {&depth}) {}
 
 LumigraphFrame::LumigraphFrame(const Lumigraph& lumigraph)
-    : middle_(boundsOf(lumigraph.geometry.positions).center()),
+    : middle_(boundsOf(lumigraph.geometry.mesh.positions).center()),
       box_(boundsOf(joined(lumigraph, middle_).positions)),
-      geometry_(vertexArrayOf(joined(lumigraph, middle_), lumigraph.geometry.positions.size())),
+      geometry_(vertexArrayOf(joined(lumigraph, middle_), lumigraph.geometry.mesh.positions.size())),
       depth_(kShaders, {"depth.vert", "depth.frag"}), shade_(kShaders, {"lumigraph.vert", "lumigraph.frag"}) {
   for (size_t k = 0; k < kSlabs; ++k) {
     pictures_.push_back(textureOf(lumigraph, k));
@@ -112,8 +109,23 @@ LumigraphFrame::LumigraphFrame(const Lumigraph& lumigraph)
   setSlabs(shade_, lumigraph, middle_);
 }
 
-image::Image LumigraphFrame::render(const capture::Camera<AcquisitionSpace>& camera, int samples,
-                                    std::map<std::string, double>& seconds) {
+image::Image LumigraphFrame::distances(const gl::DepthRange& range, const image::Image& color) const {
+  image::Image result = target_->depth.read();
+  for (size_t i = 0; i < result.values.size(); ++i) {
+    // The geometry's depths are in the first half, the fringe's in the second (position.glsl).
+    const double stored = static_cast<double>(result.values[i]),
+                 depth = stored < 0.5 ? 2 * stored : 2 * stored - 1;
+    const double distance = range.far * range.near / (range.far - depth * (range.far - range.near));
+    result.values[i] =
+        color.values[4 * i + 3] > 0 ? static_cast<float>(distance) : std::numeric_limits<float>::infinity();
+  }
+  return result;
+}
+
+LumigraphFrame::Picture LumigraphFrame::render(const capture::Camera<AcquisitionSpace>& camera,
+                                               const Options& options,
+                                               std::map<std::string, double>& seconds) {
+  const int samples = options.samples;
   assert(samples >= 1);
   capture::Camera<AcquisitionSpace> sampled = relativeTo(middle_, camera);
   const int width = samples * camera.lens.width, height = samples * camera.lens.height;
@@ -144,7 +156,9 @@ image::Image LumigraphFrame::render(const capture::Camera<AcquisitionSpace>& cam
   for (size_t k = 0; k < kSlabs; ++k) pictures[k] = &pictures_[k];
   gl::draw({framebuffer, shade_, pictures, {.depth = gl::Compare::equal}}, geometry_);
   lap("shade");
-  image::Image picture = averaged(target_->color.read(), samples);
+  const image::Image color = target_->color.read();
+  Picture picture{image::squareMeans(color, samples), {}};
+  if (options.depth) picture.depth = image::squareMinima(distances(rangeOf(box_, sampled), color), samples);
   lap("read");
   return picture;
 }

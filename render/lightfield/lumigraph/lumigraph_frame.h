@@ -1,9 +1,10 @@
 // Frames of a lumigraph by OpenGL: radianceAt() (reconstruction.h) at the geometry's nearest point in each
-// pixel, in single precision. renderReference() (reference.h) is the plain form.
+// pixel, in single precision. The class Reference (reference.h) is the plain form.
 #pragma once
 
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
+#include "render/gl/projection.h"
 #include "render/gl/texture.h"
 #include "render/gl/vertex_array.h"
 #include "render/lightfield/lumigraph/lumigraph.h"
@@ -28,16 +29,27 @@ public:
   // exceeded.
   explicit LumigraphFrame(const Lumigraph& lumigraph);
 
-  // RGBA, premultiplied; a pixel shows what is at its centre. With samples > 1, a pixel is the mean of that
-  // many times as many in each direction. Adds seconds by stage. Throws Error for a camera that is not a
-  // pinhole or distorts.
-  image::Image render(const capture::Camera<AcquisitionSpace>& camera, int samples,
-                      std::map<std::string, double>& seconds);
+  struct Picture {
+    image::Image color; // RGBA, premultiplied
+    image::Image
+        depth; // one channel: distance along the viewing axis, infinite where alpha is 0; if asked for
+  };
+  struct Options {
+    int samples = 1; // along each side of a pixel: colour is their mean, depth that of the nearest one
+    bool depth = false;
+  };
+  // Pixels, or samples, show what is at their centres. Adds seconds by stage. Throws Error for a camera that
+  // is not a pinhole or distorts.
+  Picture render(const capture::Camera<AcquisitionSpace>& camera, const Options& options,
+                 std::map<std::string, double>& seconds);
 
   size_t triangles() const { return geometry_.size() / 3; }
   size_t textureBytes() const { return textureBytes_; }
 
 private:
+  // Distances along the viewing axis of the last draw's samples.
+  image::Image distances(const gl::DepthRange& range, const image::Image& color) const;
+
   struct Target {
     gl::Texture color, depth;
     gl::Framebuffer framebuffer;

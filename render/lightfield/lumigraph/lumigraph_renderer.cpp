@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace surflect::lumigraph {
@@ -15,37 +16,43 @@ namespace surflect::lumigraph {
 LumigraphRenderer::LumigraphRenderer(const std::filesystem::path& folder, const LumigraphOptions& options,
                                      const Progress& progress)
     : folder_(folder, kFormat, kVersion, progress), options_(options), context_(gl::contextOfThread()) {
-  if (options.samples < 1 || options.samples > 8)
-    throw Error::mismatch("1..8", std::to_string(options.samples)).at("samples");
-  const Lumigraph lumigraph = readLumigraph(folder_, options.triangles, progress);
+  lightfield::requireSamples(options.samples);
+  const Lumigraph lumigraph = readLumigraph(folder_, progress);
   frame_ = std::make_unique<LumigraphFrame>(lumigraph);
   size_t texels = 0;
   for (const Slab& slab : lumigraph.slabs) texels += slab.texels();
   description_.folder = folder;
-  description_.identity =
-      fmt::format("lumigraph {} triangles {} samples {} driver {} {}", hex(folder_.identity()),
-                  lumigraph.geometry.triangles.size(), options.samples, context_->describe().renderer,
-                  context_->describe().version);
   description_.counts = {{"nodes", static_cast<size_t>(lumigraph.slabs[0].nodes)},
                          {"texels", texels},
-                         {"triangles", lumigraph.geometry.triangles.size()}};
+                         {"triangles", lumigraph.geometry.mesh.triangles.size()}};
   description_.rig = folder_.rig();
   description_.middle = middleOf(folder_.mesh().positions);
   description_.points = folder_.mesh().positions;
+  turn({});
 }
 
-render::FrameLayers LumigraphRenderer::render(const scene::Scene& scene, const std::vector<std::string>&,
+void LumigraphRenderer::turn(const knobs::Setting& setting) {
+  knobs::requireKnobs(knobs(), setting);
+  samples_ = lightfield::samplesOf(setting, options_.samples);
+  description_.identity = fmt::format("lumigraph {} samples {} driver {} {}", hex(folder_.identity()),
+                                      samples_, context_->describe().renderer, context_->describe().version);
+}
+
+render::FrameLayers LumigraphRenderer::render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                                               const Progress& progress, render::FrameLayers memory) {
   progress.checkpoint();
   lightfield::requireBaked(scene, description_.rig, description_.points);
-  // Nothing is warped, so object space is acquisition space.
-  const auto& pose = scene.camera.cameraFromWorld;
-  const capture::Camera<AcquisitionSpace> camera{scene.camera.lens, {pose.rotation(), pose.translation()}};
+  const capture::Camera<AcquisitionSpace> camera = lightfield::sampledCamera(scene, 1);
   memory.aovs.clear();
   memory.report = {};
-  memory.color = frame_->render(camera, options_.samples, memory.report.seconds);
-  memory.report.counts = {{"triangles", static_cast<double>(frame_->triangles())},
+  const bool isDepthAsked = std::ranges::find(aovs, "depth") != aovs.end();
+  LumigraphFrame::Picture picture = frame_->render(camera, {samples_, isDepthAsked}, memory.report.seconds);
+  memory.color = std::move(picture.color);
+  if (isDepthAsked) memory.aovs["depth"] = std::move(picture.depth);
+  memory.report.counts = {{"work.pixels", lightfield::samplesOf(scene, samples_)},
+                          {"triangles", static_cast<double>(frame_->triangles())},
                           {"texture_bytes", static_cast<double>(frame_->textureBytes())}};
+  if (!lightfield::showsObject(memory.color)) memory.report.remark = lightfield::kNothingVisible;
   return memory;
 }
 

@@ -3,23 +3,20 @@
 
 #include "render/gl/context.h"
 #include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/common/pixel_samples.h"
 #include "render/lightfield/lumigraph/lumigraph_frame.h"
 #include "render/renderer.h"
 #include "surfel/base/progress.h"
 
-#include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace surflect::lumigraph {
 
 struct LumigraphOptions {
-  std::optional<size_t>
-      triangles;   // of the geometry that corrects depth, instead of those of the folder; 0: all
-  int samples = 1; // along each side of a pixel, 1..8
+  int samples = 1; // along each side of a pixel, 1..lightfield::kMostSamples
 };
 
 // Belongs to the thread that opens it, as its context does.
@@ -30,14 +27,17 @@ public:
                              const Progress& progress = {});
 
   const render::Description& describe() const override { return description_; }
-  // Throws Error as requireBaked() does, and for a camera that is not a pinhole or distorts. Has no AOVs.
+  std::vector<knobs::Knob> knobs() const override { return {lightfield::samplesKnob(options_.samples)}; }
+  void turn(const knobs::Setting& setting) override;
+  // Throws Error as requireBaked() does, and for a camera that is not a pinhole or distorts. AOV: "depth".
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
                              const Progress& progress = {}, render::FrameLayers memory = {}) override;
   render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
 
 private:
   lightfield::LightFieldFolder folder_;
-  LumigraphOptions options_;
+  const LumigraphOptions options_;
+  int samples_ = 0; // as the knob is set
   std::shared_ptr<const gl::Context> context_;
   std::unique_ptr<LumigraphFrame> frame_; // of the context
   render::Description description_;

@@ -71,7 +71,7 @@ Eigen::Vector4d radianceAt(const Lumigraph& lumigraph, const Point& p, const Poi
     alpha += tap.weight * texel[3];
   }
   if (!(weights > 0)) return Eigen::Vector4d::Zero();
-  if (lumigraph.exactOutline) alpha = 1;
+  if (lumigraph.geometry.exactOutline) alpha = 1;
   Eigen::Vector4d result;
   result << alpha / weights * color, alpha;
   return result;

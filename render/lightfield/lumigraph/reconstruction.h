@@ -6,9 +6,10 @@
 //
 //   w_n = slab weight x bilinear weight of (s, t) between nodes; their sum is 1
 //   colour = sum_n w_n (a_n + f) c_n / sum_n w_n (a_n + f)
-//   alpha = 1 where the geometry has the object's outline, sum_n w_n a_n elsewhere
+//   alpha = 1 if the geometry has the object's outline, else sum_n w_n a_n
 //
-// f is small: colours that were filled in beside the object count only where no node saw it.
+// f is small, so that a node whose line to P misses the object, and shows a colour that was filled in, counts
+// only where all nodes miss it.
 #pragma once
 
 #include "render/lightfield/lumigraph/lumigraph.h"

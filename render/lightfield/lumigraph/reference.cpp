@@ -7,7 +7,7 @@
 namespace surflect::lumigraph {
 
 Reference::Reference(const Lumigraph& lumigraph)
-    : lumigraph_(lumigraph), geometry_(lumigraph.geometry), fringe_(lumigraph.fringe) {}
+    : lumigraph_(lumigraph), geometry_(lumigraph.geometry.mesh), fringe_(lumigraph.geometry.fringe) {}
 
 image::Image Reference::render(const capture::Camera<AcquisitionSpace>& camera,
                                const Progress& progress) const {

@@ -2,15 +2,13 @@
 
 #include "render/lightfield/common/pull_push.h"
 #include "srf/image/half_float.h"
-#include "srf/ulr/visibility_weights.h"
 #include "surfel/base/error.h"
 #include "surfel/geometry/mesh.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <string>
 #include <utility>
 
 namespace surflect::lumigraph {
@@ -34,37 +32,13 @@ struct Candidates {
   }
 };
 
-uint16_t storedHalf(float value) { return image::nearestHalf(std::clamp(value, -65504.f, 65504.f)); }
-
 } // namespace
 
 Resampler::Resampler(const lightfield::Views& views, const ResampleOptions& options, const Progress& progress)
-    : input_(views), options_(options), photographs_(views, views.ofSplit(capture::Split::train), progress) {
+    : input_(views), options_(options), photographs_(views, progress), sight_(photographs_, views.rays()) {
   if (options.views < 1 || options.views > ulr::kMaxBlended)
     throw Error::mismatch("1.." + std::to_string(ulr::kMaxBlended), std::to_string(options.views))
         .at("views");
-  for (const size_t view : views.ofSplit(capture::Split::train)) {
-    const capture::Camera<AcquisitionSpace>& camera = views.camera(view);
-    views_.push_back({camera.lens, capture::Projector(camera), capture::Viewpoint(camera)});
-  }
-}
-
-Resampler::Look Resampler::lookAt(size_t view, const Point& p, const Vec3<double>& normal,
-                                  const Direction& towards) const {
-  const View& place = views_[view];
-  const double cosine = normal.dot(towards.raw());
-  if (!(cosine > 0)) return {};
-  const auto pixel = place.project(p);
-  if (!pixel || !capture::contains(place.lens, *pixel)) return {};
-  const Eigen::Vector4f color = photographs_.at(view, *pixel);
-  const double fade = ulr::grazingFade(cosine) * ulr::borderFade(place.lens, *pixel) *
-                      ulr::smoothStep(0.5, 1, static_cast<double>(color[3]));
-  if (!(fade > 0)) return {};
-  const RayCaster<AcquisitionSpace>& rays = input_.rays();
-  const double offset = 4 * rays.selfHitOffset();
-  const auto lifted = p + assume<Direction>(offset * normal);
-  if (rays.occluded(lifted, towards, offset, place.viewpoint.distance(p))) return {};
-  return {fade, color.head<3>() / color[3]};
 }
 
 Sample Resampler::at(const Line& line) const {
@@ -77,26 +51,26 @@ Sample Resampler::at(const Line& line) const {
 
   struct Order {
     double penalty;
-    size_t view;
+    size_t photograph;
   };
   thread_local std::vector<Order> order;
   order.clear();
-  for (size_t view = 0; view < views_.size(); ++view)
-    order.push_back({ulr::anglePenalty(back, views_[view].viewpoint.towards(p)), view});
+  for (size_t i = 0; i < sight_.photographs(); ++i)
+    order.push_back({ulr::anglePenalty(back, sight_.towards(i, p)), i});
   const auto later = [](const Order& a, const Order& b) {
-    return std::pair(a.penalty, a.view) > std::pair(b.penalty, b.view);
+    return std::pair(a.penalty, a.photograph) > std::pair(b.penalty, b.photograph);
   };
   std::ranges::make_heap(order, later);
   Candidates candidates{ulr::NearestCandidates(options_.views), {}};
   while (!order.empty()) {
     std::ranges::pop_heap(order, later);
-    const auto [penalty, view] = order.back();
+    const auto [penalty, photograph] = order.back();
     order.pop_back();
     if (!(penalty < static_cast<double>(candidates.nearest.worst()))) break; // fades only raise penalties
-    const Look look = lookAt(view, p, normal, views_[view].viewpoint.towards(p));
-    if (!(look.fade > 0)) continue;
-    if (options_.nearest) return {Sample::Kind::seen, look.color};
-    candidates.offer(penalty / look.fade, look.color);
+    const auto seen = sight_.observe(photograph, {p, normal, normal});
+    if (!seen) continue;
+    if (options_.nearest) return {Sample::Kind::seen, seen->radiance};
+    candidates.offer(penalty / static_cast<double>(seen->fade), seen->radiance);
   }
   if (candidates.colors.empty()) return {Sample::Kind::unseen, {}};
   return {Sample::Kind::seen, candidates.blended()};
@@ -119,7 +93,8 @@ std::vector<Texel> Resampler::picture(const Slab& slab, int i, int j, Tally& tal
   lightfield::pullPush(colors, slab.width, slab.height);
   std::vector<Texel> texels(slab.nodeTexels());
   for (size_t texel = 0; texel < texels.size(); ++texel) {
-    for (int channel = 0; channel < 3; ++channel) texels[texel][channel] = storedHalf(colors[texel][channel]);
+    for (int channel = 0; channel < 3; ++channel)
+      texels[texel][channel] = image::finiteHalf(colors[texel][channel]);
     texels[texel][3] = image::nearestHalf(kinds[texel] == Sample::Kind::missed ? 0.f : 1.f);
   }
   tally.seen += std::ranges::count(kinds, Sample::Kind::seen);

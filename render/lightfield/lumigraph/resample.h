@@ -6,10 +6,10 @@
 #pragma once
 
 #include "render/lightfield/common/photographs.h"
+#include "render/lightfield/common/sight.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lumigraph/lumigraph.h"
 #include "render/lightfield/lumigraph/slab.h"
-#include "srf/capture/camera.h"
 #include "srf/ulr/ulr.h"
 #include "surfel/base/progress.h"
 
@@ -46,35 +46,21 @@ public:
   // Reads the training views of a capture, which must outlive this object. Throws Error and Cancelled.
   Resampler(const lightfield::Views& views, const ResampleOptions& options, const Progress& progress = {});
 
-  // Radiance at P: of the nearest view that sees P, or blended by the weights of unstructured lumigraph
-  // rendering. A view sees P if nothing is between them, P is in its picture, on a surface that faces the
-  // view, and alpha there is above 1/2. Views fade at grazing angles, near their borders and where alpha
-  // falls below 1, so that blends change continuously.
+  // Radiance at P: that of the nearest photograph that sees P (sight.h), or a blend by the weights of
+  // unstructured lumigraph rendering.
   Sample at(const Line& line) const;
 
-  // Picture of a node: a texel is the line through its centre, as in [Azuma 1999, §4.1]; means of several
-  // lines blur more than they smooth. Colours of lines that miss the object, or that no view sees, are filled
-  // from those around them (pull_push.h). Throws Cancelled.
+  // Picture of a node. A texel is the radiance of one line, that through its centre [Azuma 1999, §4.1]: the
+  // mean over the texel's area would blur the photographs once more. Colours of lines that miss the object,
+  // or that no view sees, are filled from those around them (pull_push.h). Throws Cancelled.
   std::vector<Texel> picture(const Slab& slab, int i, int j, Tally& tally,
                              const Progress& progress = {}) const;
 
 private:
-  struct View {
-    capture::Lens lens;
-    capture::Projector<AcquisitionSpace> project;
-    capture::Viewpoint<AcquisitionSpace> viewpoint;
-  };
-  // Colour and fade of P in a view.
-  struct Look {
-    double fade = 0; // 0: the view does not see P
-    Eigen::Vector3f color = Eigen::Vector3f::Zero();
-  };
-  Look lookAt(size_t view, const Point& p, const Vec3<double>& normal, const Direction& towards) const;
-
   const lightfield::Views& input_;
   ResampleOptions options_;
-  std::vector<View> views_;
   lightfield::Photographs photographs_;
+  lightfield::Sight sight_;
 };
 
 } // namespace surflect::lumigraph

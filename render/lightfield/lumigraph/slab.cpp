@@ -30,9 +30,12 @@ struct Extent {
   Interval st, uv;
 };
 
-// st: lines of slopes -M..M through any vertex. uv: lines from nodes to vertices. A node that counts for a
-// line is less than one spacing from it on the st plane, and is on the grid. Each of the two bounds gives an
-// interval, which is greatest at vertices of a triangle, because a projection keeps convexity.
+// st: lines of slopes -M..M through any vertex. uv: lines from nodes to points (x, d) of a triangle, d below
+// the st plane; p is the distance of the planes. Such a node is on the grid. The line through it meets the uv
+// plane farthest out where the point is a vertex, as a projection keeps convexity. Besides, a node that
+// counts for a line of slope m is at most a spacing h from it on the st plane. From x + m d + h, the line to
+// the point meets the uv plane at x + m (d - p) + h (1 - p / d); from x - m d - h, on the other side of x.
+// The linear terms are extreme at a vertex, the last one where d is.
 Extent extentOf(const TriangleMesh& mesh, const Slab& slab, int uAxis, double slope) {
   Extent extent;
   const auto along = [&](const Point3<AcquisitionSpace>& p, int axis) {
@@ -46,11 +49,16 @@ Extent extentOf(const TriangleMesh& mesh, const Slab& slab, int uAxis, double sl
   const double spacing = extent.st.length() / (slab.nodes - 1);
   const double planes = slab.sign * (slab.stPlane - slab.uvPlane);
   Interval byLine, byGrid;
-  for (const auto& p : mesh.positions) {
-    const double u = along(p, uAxis), d = depth(p);
-    const auto projected = [&](double node) { return node + (u - node) * planes / d; };
-    for (const double side : {-1., 1.}) byLine.extend(projected(u + side * (slope * d + spacing)));
-    for (const double node : {extent.st.low, extent.st.high}) byGrid.extend(projected(node));
+  for (const auto& triangle : mesh.triangles) {
+    Interval depths;
+    for (const uint32_t corner : triangle) depths.extend(depth(mesh.positions[corner]));
+    for (const uint32_t corner : triangle) {
+      const double x = along(mesh.positions[corner], uAxis), d = depth(mesh.positions[corner]);
+      for (const double extreme : {depths.low, depths.high})
+        for (const double side : {-1., 1.})
+          byLine.extend(x + side * (slope * (d - planes) + spacing * (1 - planes / extreme)));
+      for (const double node : {extent.st.low, extent.st.high}) byGrid.extend(node + (x - node) * planes / d);
+    }
   }
   extent.uv = intersection(byLine, byGrid);
   return extent;
@@ -94,13 +102,14 @@ Line Slab::lineOf(const LineCoordinates& coordinates) const {
 }
 
 Slabs slabsAround(const TriangleMesh& mesh, const SlabOptions& options) {
-  requireRange("nodes", options.nodes, 2, 45);
+  requireRange("nodes", options.nodes, 2, kMostNodes);
   requireRange("distance", options.distance, 1.25, 1000);
   requireRange("overlap", options.overlap, 0, 1);
   requireRange("texels", static_cast<double>(options.texels), 1, static_cast<double>(kMostTexels));
   const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
   const double radius = box.isEmpty() ? 0 : box.diagonal().norm() / 2;
-  if (!(radius > 0 && std::isfinite(radius))) throw Error("found no extent, expected an object").at("mesh");
+  if (mesh.triangles.empty() || !(radius > 0 && std::isfinite(radius)))
+    throw Error("found no extent, expected an object").at("mesh");
 
   Slabs slabs;
   std::array<std::array<Interval, 2>, kSlabs> uv;
@@ -142,18 +151,20 @@ Slabs slabsAround(const TriangleMesh& mesh, const SlabOptions& options) {
   return slabs;
 }
 
+double weightSlope(double overlap) { return std::min(1e30, (1 + overlap) / overlap); }
+
 std::array<double, kSlabs> slabWeights(const Direction& towardsViewer, double overlap) {
   const Vec3<double> d = towardsViewer.raw();
   const double largest = d.cwiseAbs().maxCoeff();
   assert(largest > 0);
   std::array<double, kSlabs> weights{};
   const auto slabOf = [&](int axis) { return static_cast<size_t>(2 * axis + (d[axis] < 0 ? 1 : 0)); };
-  const double threshold = 1 / (1 + overlap);
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (overlap == 0 && sum > 0) break;
-    const double share = std::abs(d[axis]) / largest;
-    const double weight = overlap == 0 ? (share == 1 ? 1. : 0.) : std::max(0., share - threshold);
+    const double lack = (largest - std::abs(d[axis])) / largest;
+    const double weight =
+        overlap == 0 ? (lack == 0 ? 1. : 0.) : std::max(0., 1 - lack * weightSlope(overlap));
     weights[slabOf(axis)] = weight;
     sum += weight;
   }

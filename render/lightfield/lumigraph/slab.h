@@ -30,6 +30,7 @@ using Direction = Direction3<AcquisitionSpace, double>;
 
 inline constexpr size_t kSlabs = 6;
 inline constexpr size_t kMostTexels = size_t{1} << 33; // of a lumigraph
+inline constexpr int kMostNodes = 45;                  // along each side of an st grid
 
 // Coordinates of a line in a slab. Node (i, j) of the st grid is at s = i, t = j. Texel (k, l) of a node's
 // picture is centred at u = k + 1/2, v = l + 1/2.
@@ -85,9 +86,12 @@ struct SlabOptions {
 Slabs slabsAround(const TriangleMesh& mesh, const SlabOptions& options);
 
 // Weights of the slabs for lines of a direction towards the viewer, which need not be unit but not 0 either.
-// A slab counts while its axis has more than 1 / (1 + overlap) of the largest component; weights are
-// continuous, not negative, and sum to 1. With an overlap of 0, the slab of the largest component has weight
-// 1, the first of equal ones.
+// The slab of the largest component counts most. The weight of another falls linearly, by weightSlope() times
+// what its component lacks of the largest, relative to the largest. It is 0 where its component has 1 / (1 +
+// overlap) of the largest, or less. Weights are continuous, not negative, and sum to 1. With an overlap of 0,
+// the slab of the largest component has weight 1, the first of equal ones.
 std::array<double, kSlabs> slabWeights(const Direction& towardsViewer, double overlap);
+// (1 + overlap) / overlap, at most 1e30: finite in single precision, too. The overlap is not 0.
+double weightSlope(double overlap);
 
 } // namespace surflect::lumigraph

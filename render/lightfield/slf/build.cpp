@@ -1,12 +1,13 @@
 #include "render/lightfield/slf/build.h"
 
 #include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/common/photographs.h"
+#include "render/lightfield/common/pixel_footprint.h"
+#include "render/lightfield/common/sight.h"
 #include "render/lightfield/slf/adaptive_directions.h"
 #include "render/lightfield/slf/charts.h"
 #include "render/lightfield/slf/field_file.h"
 #include "render/lightfield/slf/observations.h"
-#include "render/lightfield/slf/photographs.h"
-#include "render/lightfield/slf/pixel_footprint.h"
 #include "render/lightfield/slf/regions.h"
 #include "render/lightfield/slf/resample.h"
 #include "render/lightfield/slf/texel_points.h"
@@ -52,12 +53,15 @@ template <class Work> auto timed(double& seconds, const Work& work) {
   }
 }
 
-DirectionMesh subdividedOctahedron(size_t wanted) {
-  for (int subdivisions = 0; subdivisions <= 4; ++subdivisions) {
-    std::vector<Direction> directions = octahedronDirections(subdivisions);
-    if (directions.size() == wanted) return DirectionMesh(std::move(directions));
-  }
-  throw Error::mismatch("6, 18, 66, 258 or 1026", std::to_string(wanted)).at("directions");
+// Subdivisions of an octahedron that has so many vertices: 4^n 4 + 2.
+int subdivisionsOf(size_t directions) {
+  for (int subdivisions = 0; subdivisions <= 4; ++subdivisions)
+    if (directions == (size_t{4} << 2 * subdivisions) + 2) return subdivisions;
+  throw Error::mismatch("6, 18, 66, 258 or 1026", std::to_string(directions)).at("directions");
+}
+
+DirectionMesh subdividedOctahedron(size_t directions) {
+  return DirectionMesh(octahedronDirections(subdivisionsOf(directions)));
 }
 
 std::vector<capture::Camera<AcquisitionSpace>> trainingCameras(const lightfield::Views& views) {
@@ -130,8 +134,9 @@ public:
       : views_(views), options_(options), progress_(progress), charts_(std::move(charts)),
         base_(subdividedOctahedron(options.directions)),
         fine_(subdividedOctahedron(std::max(kFinestDirections, options.directions))),
-        photographs_(timed(report.photographSeconds, [&] { return Photographs(views, progress); })),
-        normals_(views.mesh(), progress) {
+        photographs_(
+            timed(report.photographSeconds, [&] { return lightfield::Photographs(views, progress); })),
+        sight_(photographs_, views.rays()), normals_(views.mesh(), progress) {
     field_.mesh = views.mesh();
     field_.directionMeshes.push_back(base_);
     meshIndices_[directionsOf(base_)] = 0;
@@ -188,8 +193,7 @@ private:
 
   void observe(Work& work, size_t region) const {
     work.points = texelPoints(views_.mesh(), charts_[region]);
-    work.observations.emplace(work.points, charts_[region].width, views_.mesh(), normals_, photographs_,
-                              views_.rays());
+    work.observations.emplace(work.points, views_.mesh(), normals_, sight_);
   }
 
   void resampleWork(Work& work, size_t region) const {
@@ -260,7 +264,8 @@ private:
   const Progress& progress_;
   std::vector<Chart> charts_;
   DirectionMesh base_, fine_;
-  Photographs photographs_;
+  lightfield::Photographs photographs_;
+  lightfield::Sight sight_;
   SmoothNormals normals_;
   double whiteLevel_ = 1;
   Field field_;
@@ -274,7 +279,7 @@ void requireOptions(const BuildOptions& options) {
   if (options.regions < 1) throw Error::mismatch("at least 1", "0").at("regions");
   if (!(options.tolerance >= 0 && std::isfinite(options.tolerance)))
     throw Error::mismatch("a number not below 0", numberText(options.tolerance)).at("tolerance");
-  subdividedOctahedron(options.directions);
+  subdivisionsOf(options.directions);
 }
 
 size_t texelsOf(std::span<const Chart> charts) {
@@ -290,13 +295,13 @@ BuildReport buildWithCharts(const lightfield::Views& views, std::vector<Chart> c
                             const Progress& progress) {
   requireOptions(options);
   lightfield::LightFieldWriter folder(path, kFormatTag, kFormatVersion);
-  const double area = surfaceArea(views.mesh());
+  const double area = lightfield::surfaceArea(views.mesh());
   const double texelSize = std::sqrt(area / static_cast<double>(std::max<size_t>(1, texelsOf(charts))));
   const AtlasReport atlas = atlasReport(views.mesh(), charts, texelSize, progress);
   Builder builder(views, std::move(charts), options, progress);
   builder.report.atlas = atlas;
   builder.report.texelSize = texelSize;
-  builder.report.pixelFootprint = pixelFootprint(views.mesh(), trainingCameras(views));
+  builder.report.pixelFootprint = lightfield::pixelFootprint(views.mesh(), trainingCameras(views));
   TextureWriter textures(folder.file(kTexturesFile));
   builder.writeTextures(textures);
   timed(builder.report.fileSeconds, [&] {
@@ -321,21 +326,19 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
   requireOptions(options);
   const Stopwatch watch;
   const TriangleMesh& mesh = views.mesh();
-  const double footprint = pixelFootprint(mesh, trainingCameras(views));
+  const double footprint = lightfield::pixelFootprint(mesh, trainingCameras(views));
   const size_t most = options.texels > 0 ? options.texels : kMostTexels;
-  double texelSize = std::sqrt(surfaceArea(mesh) / static_cast<double>(most));
+  double texelSize = std::sqrt(lightfield::surfaceArea(mesh) / static_cast<double>(most));
   if (options.texels == 0) texelSize = std::max(texelSize, footprint);
   const Regions regions = regionsOf(mesh, {.regions = options.regions}, progress);
-  std::vector<Chart> charts = chartsOf(mesh, regions, texelSize, progress);
   // Rectangles have more texels than the surface needs.
-  if (const size_t made = texelsOf(charts); made > most + most / 20) {
-    texelSize *= std::sqrt(static_cast<double>(made) / static_cast<double>(most));
-    charts = chartsOf(mesh, regions, texelSize, progress);
-  }
+  FittedCharts fitted = fittedCharts(mesh, regions, texelSize, most, progress);
+  texelSize = fitted.texelSize;
   const double seconds = watch.seconds();
-  BuildReport report = buildWithCharts(views, std::move(charts), options, folder, progress);
+  BuildReport report = buildWithCharts(views, std::move(fitted.charts), options, folder, progress);
   report.texelSize = texelSize;
-  report.atlas.cost = static_cast<double>(report.surfaceTexels) * texelSize * texelSize / surfaceArea(mesh);
+  report.atlas.cost =
+      static_cast<double>(report.surfaceTexels) * texelSize * texelSize / lightfield::surfaceArea(mesh);
   report.regionSeconds = seconds;
   return report;
 }

@@ -6,6 +6,7 @@
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 
+#include <cstddef>
 #include <vector>
 
 namespace surflect::slf {
@@ -20,5 +21,15 @@ inline constexpr int kShortestSide = 4, kLongestSide = 16384; // texels
 // texels; and Cancelled.
 std::vector<Chart> chartsOf(const TriangleMesh& mesh, const Regions& regions, double texelSize,
                             const Progress& progress = {});
+
+struct FittedCharts {
+  std::vector<Chart> charts;
+  double texelSize = 0;
+};
+
+// Charts with texels of this size, or as much larger as it takes to have no more than about 1.05 mostTexels
+// in all. Regions are parametrised once. Throws as chartsOf() does.
+FittedCharts fittedCharts(const TriangleMesh& mesh, const Regions& regions, double texelSize,
+                          size_t mostTexels, const Progress& progress = {});
 
 } // namespace surflect::slf

@@ -1,16 +1,13 @@
 #include "render/lightfield/slf/direction_mesh.h"
 
+#include "render/lightfield/common/convex_hull.h"
 #include "surfel/base/error.h"
-
-#include <libqhull_r/qhull_ra.h>
 
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <string>
 #include <utility>
@@ -42,57 +39,12 @@ void requireDistinctUnits(std::span<const Direction> directions) {
   }
 }
 
-// Memory for what Qhull would print.
-class Sink {
-public:
-  Sink() : stream_(::open_memstream(&text_, &size_)) {
-    if (!stream_) throw Error("no memory for messages of Qhull");
-  }
-  ~Sink() {
-    std::fclose(stream_);
-    std::free(text_);
-  }
-  Sink(const Sink&) = delete;
-  Sink& operator=(const Sink&) = delete;
-
-  std::FILE* stream() const { return stream_; }
-
-private:
-  char* text_ = nullptr;
-  size_t size_ = 0;
-  std::FILE* stream_;
-};
-
-// Triangles of the convex hull of points on the unit sphere, by Qhull.
-std::vector<Triangle> convexHull(std::span<const Direction> directions) {
-  std::vector<double> points;
-  for (const Direction& direction : directions)
-    points.insert(points.end(), {direction.x(), direction.y(), direction.z()});
-  std::vector<Triangle> triangles;
-  qhT state;
-  qh_zero(&state, nullptr);
-  // Qt: triangles only.
-  char options[] = "qhull Qt";
-  const Sink complaints;
-  const int failed = qh_new_qhull(&state, 3, static_cast<int>(directions.size()), points.data(), False,
-                                  options, complaints.stream(), complaints.stream());
-  if (!failed) {
-    qhT* qh = &state; // the macros expect this name
-    facetT* facet;
-    FORALLfacets {
-      Triangle corners{};
-      vertexT *vertex, **vertexp;
-      size_t count = 0;
-      FOREACHvertex_(facet->vertices) if (count < 3) corners[count++] =
-          static_cast<uint32_t>(qh_pointid(qh, vertex->point));
-      if (facet->toporient ^ qh_ORIENTclock) std::swap(corners[1], corners[2]);
-      triangles.push_back(corners);
-    }
-  }
-  qh_freeqhull(&state, !qh_ALL);
-  int inUse = 0, bytes = 0;
-  qh_memfreeshort(&state, &inUse, &bytes);
-  if (failed) throw Error("lie in a plane").at("directions");
+// Triangles of the convex hull of directions.
+std::vector<Triangle> hullOf(std::span<const Direction> directions) {
+  std::vector<Vec3<double>> points;
+  for (const Direction& direction : directions) points.push_back(direction.raw());
+  std::vector<Triangle> triangles = lightfield::convexHull(points);
+  if (triangles.empty()) throw Error("lie in a plane").at("directions");
   return triangles;
 }
 
@@ -117,7 +69,7 @@ std::vector<Triangle> neighborsOf(std::span<const Triangle> triangles) {
 
 DirectionMesh::DirectionMesh(std::vector<Direction> directions) : directions_(std::move(directions)) {
   requireDistinctUnits(directions_);
-  triangles_ = convexHull(directions_);
+  triangles_ = hullOf(directions_);
   if (triangles_.size() != 2 * directions_.size() - 4) // Euler's formula; Qhull leaves out what is inside
     throw Error("too close to each other to be triangulated").at("directions");
   // The origin is strictly inside exactly if it is behind every face.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <array>
 
 namespace surflect::slf {
@@ -65,6 +66,9 @@ FieldBuffers::FieldBuffers(const Field& field)
         rows.emplace_back(row[0], row[1], row[2], 0.f);
       }
     }
+    float longest = 0;
+    for (const Eigen::Vector4f& row : rows) longest = std::max(longest, row.norm());
+    sureHats_.push_back(1e-6f * longest);
     gl::Texture& texture = rowTextures_.emplace_back(gl::TextureShape{
         gl::Format::rgba32f, 3, static_cast<int>(mesh.triangles().size()), 0, 1, gl::Filter::nearest});
     texture.upload(std::as_bytes(std::span(rows)), 3, texture.shape().height);

@@ -38,6 +38,9 @@ public:
   std::span<const Eigen::Vector4f> rows(size_t directionMesh) const { return rows_[directionMesh]; }
   // rows() as a texture: column corner, row triangle.
   const gl::Texture& rowTexture(size_t directionMesh) const { return rowTextures_[directionMesh]; }
+  // Generous bound of the rounding of a hatRows() product with a unit direction. A triangle whose hats are
+  // all above it holds the direction: every other triangle has a lesser hat.
+  float sureHat(size_t directionMesh) const { return sureHats_[directionMesh]; }
 
 private:
   Vec3<double> middle_;
@@ -46,6 +49,7 @@ private:
   gl::VertexArray mesh_;
   std::vector<std::vector<Eigen::Vector4f>> corners_, rows_;
   std::vector<gl::Texture> rowTextures_;
+  std::vector<float> sureHats_;
 };
 
 } // namespace surflect::slf

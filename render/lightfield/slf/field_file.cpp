@@ -1,64 +1,24 @@
 #include "render/lightfield/slf/field_file.h"
 
+#include "render/lightfield/common/binary.h"
+#include "render/lightfield/slf/charts.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
 namespace surflect::slf {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "values are copied as they lie in memory");
+using lightfield::append, lightfield::Reader;
 
 constexpr std::string_view kMagic = "slf field";
-constexpr uint64_t kLargestSide = 16384; // texels; textures of OpenGL
 constexpr uint64_t kMostDirections = 1 << 14;
-
-template <class T> void append(std::vector<std::byte>& bytes, std::span<const T> values) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  const auto raw = std::as_bytes(values);
-  bytes.insert(bytes.end(), raw.begin(), raw.end());
-}
-
-void append(std::vector<std::byte>& bytes, uint64_t number) {
-  append(bytes, std::span<const uint64_t>(&number, 1));
-}
-
-class Reader {
-public:
-  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
-
-  size_t left() const { return rest_.size(); }
-
-  template <class T> std::vector<T> takeMany(uint64_t count, const std::string& field) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    if (count > rest_.size() / sizeof(T))
-      throw Error::mismatch(std::to_string(count) + " values", std::to_string(rest_.size()) + " more bytes")
-          .at(field);
-    std::vector<T> values(count);
-    std::memcpy(values.data(), rest_.data(), count * sizeof(T));
-    rest_ = rest_.subspan(count * sizeof(T));
-    return values;
-  }
-  uint64_t take(uint64_t lowest, uint64_t highest, const std::string& field) {
-    const uint64_t number = takeMany<uint64_t>(1, field)[0];
-    if (number < lowest || number > highest)
-      throw Error::mismatch(std::to_string(lowest) + ".." + std::to_string(highest), std::to_string(number))
-          .at(field);
-    return number;
-  }
-
-private:
-  std::span<const std::byte> rest_;
-};
 
 std::string numbered(const char* name, size_t index) { return name + ('[' + std::to_string(index) + ']'); }
 
@@ -108,8 +68,8 @@ Region takeRegion(Reader& reader, const Field& field, std::vector<uint8_t>& isCo
   Chart& chart = region.chart;
   region.directionMesh =
       static_cast<uint32_t>(reader.take(0, field.directionMeshes.size() - 1, name + ".directionMesh"));
-  chart.width = static_cast<int>(reader.take(1, kLargestSide, name + ".width"));
-  chart.height = static_cast<int>(reader.take(1, kLargestSide, name + ".height"));
+  chart.width = static_cast<int>(reader.take(1, uint64_t{kLongestSide}, name + ".width"));
+  chart.height = static_cast<int>(reader.take(1, uint64_t{kLongestSide}, name + ".height"));
   const uint64_t vertices = reader.take(3, field.mesh.positions.size(), name + ".vertices"),
                  triangles = reader.take(1, field.mesh.triangles.size(), name + ".triangles");
   chart.vertices = reader.takeMany<uint32_t>(vertices, name + ".vertices");
@@ -173,9 +133,7 @@ StoredField parseField(std::span<const std::byte> bytes, TriangleMesh mesh, uint
   StoredField stored;
   Field& field = stored.field;
   field.mesh = std::move(mesh);
-  const std::vector<char> magic = reader.takeMany<char>(kMagic.size(), "start");
-  if (!std::ranges::equal(magic, kMagic))
-    throw Error::mismatch('"' + std::string(kMagic) + '"', "something else").at("start");
+  reader.takeStart(kMagic);
   // Every direction mesh and every region takes more than 8 bytes.
   const uint64_t meshes = reader.take(1, bytes.size() / 8, "directionMeshes");
   for (size_t i = 0; i < meshes; ++i)
@@ -187,8 +145,7 @@ StoredField parseField(std::span<const std::byte> bytes, TriangleMesh mesh, uint
     field.regions.push_back(takeRegion(reader, field, isCovered, name));
     stored.places.push_back(takePlaces(reader, field, field.regions.back(), texels, name));
   }
-  if (reader.left() > 0)
-    throw Error::mismatch("the end", std::to_string(reader.left()) + " more bytes").at("end");
+  reader.requireEnd();
   if (const auto missing = std::ranges::find(isCovered, 0); missing != isCovered.end())
     throw Error("triangle " + std::to_string(missing - isCovered.begin()) + " of the mesh is in none")
         .at("regions");

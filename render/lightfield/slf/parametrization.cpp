@@ -15,6 +15,8 @@ namespace surflect::slf {
 
 namespace {
 
+constexpr double kGapTexels = 2; // width of a gap in the border
+
 constexpr std::array<SquareShape, kRoughest + 1> kShapes = {SquareShape{0.02, 0}, SquareShape{0.02, 0},
                                                             SquareShape{0.05, 0.5}, SquareShape{0.15, 1}};
 
@@ -123,13 +125,14 @@ private:
 
 } // namespace
 
-Parametrization parametrizationOf(const Disc& disc, int roughness) {
+Parametrization parametrizationOf(const Disc& disc, double texels, int roughness, const Progress& progress) {
   Parametrization result;
   if (disc.border.size() > 3)
     result.coordinates = CornerSearch(disc, roughness).run();
   else
     result.coordinates = ConvexMap(disc, weightsFor(roughness))(triangleInSquare(disc));
-  if (roughness == 0) lowerStretch(disc, result.coordinates);
+  if (roughness == 0)
+    lowerStretch(disc, result.coordinates, {.clearance = kGapTexels / std::sqrt(texels)}, progress);
   result.stretch = stretchSums(disc.positions, disc.triangles, result.coordinates);
   return result;
 }

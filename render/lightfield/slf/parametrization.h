@@ -3,6 +3,7 @@
 
 #include "render/lightfield/slf/disc.h"
 #include "render/lightfield/slf/stretch.h"
+#include "surfel/base/progress.h"
 #include "surfel/math/space.h"
 
 #include <vector>
@@ -18,8 +19,10 @@ struct Parametrization {
 // the least stretch; then all vertices move to lower it further, within the unit square. Stretch is that
 // of the rectangle of the best aspect, StretchSums::leastStretch(). `roughness` 0 is meant for good
 // triangles; 1 to 3 trade stretch for room at vertices that rounding would let fall together. The map is one
-// to one exactly if its stretch is finite.
-Parametrization parametrizationOf(const Disc& disc, int roughness = 0);
+// to one exactly if its stretch is finite. `texels` is the number of texels that the map is meant for: gaps
+// in the border are not narrower than two of them (border_gaps.h). Throws Cancelled.
+Parametrization parametrizationOf(const Disc& disc, double texels, int roughness = 0,
+                                  const Progress& progress = {});
 inline constexpr int kRoughest = 3;
 
 } // namespace surflect::slf

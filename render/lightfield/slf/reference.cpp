@@ -1,5 +1,6 @@
 #include "render/lightfield/slf/reference.h"
 
+#include "render/lightfield/common/front_hit.h"
 #include "srf/image/half_float.h"
 
 #include <tbb/parallel_for.h>
@@ -60,40 +61,26 @@ Reference::Reference(const Field& field, const Textures& textures, const Progres
 std::optional<Reference::Hit>
 Reference::firstHit(const Point3<AcquisitionSpace, double>& origin,
                     const Direction3<AcquisitionSpace, double>& direction) const {
-  constexpr int kBacks = 1000; // crossed at most
-  double start = 0;
-  for (int crossed = 0; crossed < kBacks; ++crossed) {
-    const auto found = rays_.firstHit(origin + start * direction, direction);
-    if (!found) return std::nullopt;
-    const auto [region, triangle] = places_[found->triangle];
-    const Chart& chart = field_->regions[region].chart;
-    const auto& corners = chart.triangles[triangle];
-    std::array<Vec3<double>, 3> points;
-    for (size_t i = 0; i < 3; ++i)
-      points[i] = field_->mesh.positions[chart.vertices[corners[i]]].cast<double>().raw();
-    const Vec3<double> normal = (points[1] - points[0]).cross(points[2] - points[0]);
-    if (!(normal.dot(direction.raw()) < 0)) { // a back
-      start += found->distance + rays_.selfHitOffset();
-      continue;
-    }
-    Hit hit;
-    hit.region = region;
-    hit.distance = start + found->distance;
-    // A chart's triangle may start at another corner, and has one vertex for all at one position.
-    const std::array<double, 3> barycentrics{1 - found->b - found->c, found->b, found->c};
-    for (size_t i = 0; i < 3; ++i) {
-      const auto& ofMesh = field_->mesh.triangles[found->triangle];
-      const auto isHere = [&](uint32_t vertex) {
-        return field_->mesh.positions[vertex] == field_->mesh.positions[chart.vertices[corners[i]]];
-      };
-      const auto at = static_cast<size_t>(std::ranges::find_if(ofMesh, isHere) - ofMesh.begin());
-      const Vec2<double> coordinates = chart.coordinates[corners[i]].cast<double>();
-      hit.place += barycentrics[at] * coordinates.cwiseProduct(Vec2<double>(chart.width, chart.height));
-    }
-    hit.hats = field_->directionsOf(region).weightsAt(-direction);
-    return hit;
+  const auto found = lightfield::firstFrontHit(field_->mesh, rays_, origin, direction);
+  if (!found) return std::nullopt;
+  const auto [region, triangle] = places_[found->triangle];
+  const Chart& chart = field_->regions[region].chart;
+  Hit hit;
+  hit.region = region;
+  hit.distance = found->distance;
+  // A chart's triangle may start at another corner, and has one vertex for all at one position.
+  const std::array<double, 3> barycentrics{1 - found->b - found->c, found->b, found->c};
+  const auto& ofMesh = field_->mesh.triangles[found->triangle];
+  for (const uint32_t corner : chart.triangles[triangle]) {
+    const auto isHere = [&](uint32_t vertex) {
+      return field_->mesh.positions[vertex] == field_->mesh.positions[chart.vertices[corner]];
+    };
+    const auto at = static_cast<size_t>(std::ranges::find_if(ofMesh, isHere) - ofMesh.begin());
+    const Vec2<double> coordinates = chart.coordinates[corner].cast<double>();
+    hit.place += barycentrics[at] * coordinates.cwiseProduct(Vec2<double>(chart.width, chart.height));
   }
-  return std::nullopt;
+  hit.hats = field_->directionsOf(region).weightsAt(-direction);
+  return hit;
 }
 
 Reference::Picture Reference::render(const capture::Camera<AcquisitionSpace>& camera,

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 namespace surflect::slf {
 
@@ -37,12 +36,8 @@ bool isObserved(std::span<const Observation> observations, const Direction3<Acqu
 } // namespace
 
 Texel texelOf(const Vec3<float>& radiance, bool isObserved) {
-  constexpr float kLargest = 65504;
   Texel texel{};
-  for (size_t c = 0; c < 3; ++c) {
-    const float value = radiance[static_cast<Eigen::Index>(c)];
-    texel[c] = image::nearestHalf(std::isnan(value) ? 0.f : std::clamp(value, -kLargest, kLargest));
-  }
+  for (size_t c = 0; c < 3; ++c) texel[c] = image::finiteHalf(radiance[static_cast<Eigen::Index>(c)]);
   texel[3] = image::nearestHalf(isObserved ? 1.f : 0.f);
   return texel;
 }

@@ -15,7 +15,8 @@ namespace surflect::slf {
 
 namespace {
 
-constexpr size_t kTrianglesPerDraw = 16; // as in basis.glsl and fused.frag
+constexpr size_t kBasisTriangles = 16; // of a draw, as in basis.glsl
+constexpr size_t kFusedTriangles = 48; // as in fused.frag
 
 Eigen::Isometry3d isometryOf(const Rigid<CameraSpace, AcquisitionSpace>& rigid) {
   Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
@@ -95,7 +96,7 @@ std::vector<FrameRenderer::Draw> FrameRenderer::drawsOf(const PassPlan& plan, Me
     for (size_t first = 0; first < triangles.size();) {
       std::vector<uint32_t> directions;
       size_t count = 0;
-      for (; count < kTrianglesPerDraw && first + count < triangles.size(); ++count) {
+      for (; count < kFusedTriangles && first + count < triangles.size(); ++count) {
         std::vector<uint32_t> more = directions;
         for (const uint32_t corner : mesh.triangles()[triangles[first + count]])
           if (std::ranges::find(more, corner) == more.end()) more.push_back(corner);
@@ -128,7 +129,6 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   stats.allPasses = field_->textures();
   std::vector<uint32_t> needed;
   for (const RegionPasses& passes : plan.regions) {
-    stats.directionTriangles += passes.triangles.size();
     for (const uint32_t direction : passes.directions)
       needed.push_back(slots_.numberOf(passes.region, direction));
   }
@@ -219,8 +219,8 @@ void FrameRenderer::drawBasis(const Draw& draw, gl::Framebuffer& target, const F
   gl::Program& program = options.basis == Basis::gouraud ? gouraud_ : basis_;
   program.set("direction", static_cast<float>(direction));
   const auto corners = buffers_.corners(field_->regions[draw.passes->region].directionMesh);
-  for (size_t first = 0; first < triangles.size(); first += kTrianglesPerDraw) {
-    const size_t count = std::min(kTrianglesPerDraw, triangles.size() - first);
+  for (size_t first = 0; first < triangles.size(); first += kBasisTriangles) {
+    const size_t count = std::min(kBasisTriangles, triangles.size() - first);
     std::vector<Eigen::Vector4f> drawn;
     for (size_t t = first; t < first + count; ++t)
       for (size_t corner = 0; corner < 3; ++corner) drawn.push_back(corners[3 * triangles[t] + corner]);
@@ -267,6 +267,7 @@ void FrameRenderer::drawFused(const PlacedDraw& placed, gl::Framebuffer& target)
   fused_.set("triangleCount", static_cast<int>(draw.triangles.size()));
   fused_.set("hatRows[0]", hatRows);
   fused_.set("triangleSlots[0]", triangleSlots);
+  fused_.set("sureHat", buffers_.sureHat(region.directionMesh));
   fused_.set("comparedTriangles", isAll ? 0 : static_cast<int>(mesh.triangles().size()));
   fused_.set("textureExtent", Eigen::Vector2f(static_cast<float>(region.chart.width),
                                               static_cast<float>(region.chart.height)));

@@ -46,13 +46,12 @@ struct FrameOptions {
   // the pass's direction, after clearing alpha. [Azuma 1999, §3.2]
   bool visitedTriangles = true;
   bool observed = false; // whether to return Frame::observed
-  // Stages of two that are drawn; for measuring the other's time.
+  // Which of two stages are drawn. A benchmark leaves one out: its time is what the frame then lacks.
   bool basisStage = true, regionStage = true;
 };
 
 struct FrameStats {
   size_t regions = 0, passes = 0, allPasses = 0; // allPasses: textures of the field
-  size_t directionTriangles = 0;                 // sum over regions
   size_t triangles = 0;                          // of the mesh, drawn in region stages
   TextureCounts textures;
   double planSeconds = 0, drawSeconds = 0, readSeconds = 0; // drawSeconds: without textures

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/gl/context.h"
+#include "render/lightfield/common/pixel_samples.h"
 #include "render/lightfield/slf/open_field.h"
 #include "render/lightfield/slf/slf_frame.h"
 #include "render/renderer.h"
@@ -17,7 +18,7 @@ namespace surflect::slf {
 struct SlfOptions {
   FrameOptions frame = {}; // `observed` is ignored
   SlotOptions slots = {};
-  int samples = 1; // along each side of a pixel, 1..8
+  int samples = 1; // along each side of a pixel, 1..lightfield::kMostSamples
 };
 
 // Belongs to the thread that opens it, as its context does.
@@ -28,6 +29,8 @@ public:
                        const Progress& progress = {});
 
   const render::Description& describe() const override { return description_; }
+  std::vector<knobs::Knob> knobs() const override { return {lightfield::samplesKnob(options_.samples)}; }
+  void turn(const knobs::Setting& setting) override;
   // AOVs: "depth", and "observed", the share of a pixel's radiance that photographs observed. Throws Error as
   // requireBaked() and FrameRenderer::render() do.
   render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
@@ -39,6 +42,7 @@ private:
   const std::shared_ptr<const gl::Context> context_;
   const OpenedField opened_;
   FrameRenderer frames_; // of the context
+  int samples_ = 0;      // as the knob is set
   render::Description description_;
 };
 

@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/stretch_descent.h"
 
-#include "render/lightfield/slf/plane_border.h"
+#include "render/lightfield/slf/border_gaps.h"
 #include "render/lightfield/slf/stretch.h"
 
 #include <Eigen/LU>
@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -27,6 +28,7 @@ constexpr double kLeastThickness = 1e-3;
 // Parts of the border keep this distance, in sides of a square of the rectangle's area: many times what
 // rounding to float moves them.
 constexpr double kClearance = 2e-6;
+constexpr double kWidestGap = 0.15; // the clearance is at most this share of the rectangle's shorter side
 constexpr double kOverRelaxation =
     1.7;                            // steps this much longer carry changes across the disc in fewer sweeps
 constexpr int kSweepsPerAspect = 4; // the aspect follows the map this often
@@ -78,8 +80,8 @@ Vec2<double> newtonStep(const Vec2<double>& gradient, const Mat2& hessian,
 
 class Descent {
 public:
-  Descent(const Disc& disc, std::vector<Vec2<double>>& coordinates)
-      : disc_(disc), p_(coordinates), placeInBorder_(disc.vertices.size(), -1),
+  Descent(const Disc& disc, std::vector<Vec2<double>>& coordinates, double clearance)
+      : disc_(disc), p_(coordinates), clearance_(clearance), placeInBorder_(disc.vertices.size(), -1),
         first_(disc.vertices.size() + 1, 0), wedges_(3 * disc.triangles.size()) {
     for (size_t i = 0; i < disc.border.size(); ++i) placeInBorder_[disc.border[i]] = static_cast<int>(i);
     for (const auto& triangle : disc.triangles)
@@ -90,9 +92,10 @@ public:
       for (size_t k = 0; k < 3; ++k) wedges_[at[triangle[k]]++] = wedgeOf(triangle, k);
   }
 
-  void run(const DescentOptions& options) {
+  void run(const DescentOptions& options, const Progress& progress) {
     double before = kInfinity;
     for (int sweep = 0; sweep < options.mostSweeps; ++sweep) {
+      progress.checkpoint();
       if (sweep % kSweepsPerAspect == 0) {
         const double now = fitAspect();
         if (!(now < (1 - kSweepsPerAspect * options.leastGain) * before)) break;
@@ -124,6 +127,9 @@ private:
     const Vec2<double> scales(scale, 1 / scale);
     sides_ = sides_.cwiseProduct(scales);
     for (Vec2<double>& p : p_) p = p.cwiseProduct(scales);
+    std::vector<Vec2<double>> polygon;
+    for (const uint32_t v : disc_.border) polygon.push_back(p_[v]);
+    border_.emplace(std::move(polygon));
     return sums.leastStretch();
   }
 
@@ -134,17 +140,11 @@ private:
     return sum;
   }
 
-  // Does the border cross itself if one of its vertices is at p?
-  bool crosses(size_t place, const Vec2<double>& p) const {
-    const size_t n = disc_.border.size();
-    const auto at = [&](size_t i) -> const Vec2<double>& { return p_[disc_.border[i % n]]; };
-    const Vec2<double>&before = at(place + n - 1), &after = at(place + 1);
-    for (size_t i = 2; i + 1 < n; ++i) { // edges from the vertex after next on
-      const Vec2<double>&a = at(place + i), &b = at(place + i + 1);
-      if (i + 2 < n && segmentsMeet(p, before, a, b, kClearance)) return true;
-      if (segmentsMeet(p, after, a, b, kClearance)) return true;
-    }
-    return n > 3 && segmentsMeet(p, before, after, at(place + 2), kClearance);
+  // Does the border cross itself, or come too near to itself, if one of its vertices moves to p?
+  bool spoilsBorder(size_t place, const Vec2<double>& p) const {
+    const double clearance = std::min(clearance_, kWidestGap * sides_.minCoeff());
+    return border_->wouldCross(place, p, kClearance) ||
+           (clearance > 0 && border_->wouldNarrowGap(place, p, clearance));
   }
 
   void improve(uint32_t v) {
@@ -164,7 +164,11 @@ private:
     for (int halving = 0; halving < 8; ++halving, step /= 2) {
       const Vec2<double> to = (p + step).cwiseMax(0).cwiseMin(sides_);
       if (!(energyAround(v, to) < energy)) continue;
-      if (placeInBorder_[v] >= 0 && crosses(static_cast<size_t>(placeInBorder_[v]), to)) continue;
+      if (placeInBorder_[v] >= 0) {
+        const auto place = static_cast<size_t>(placeInBorder_[v]);
+        if (spoilsBorder(place, to)) continue;
+        border_->move(place, to);
+      }
       p_[v] = to;
       return;
     }
@@ -172,16 +176,19 @@ private:
 
   const Disc& disc_;
   std::vector<Vec2<double>>& p_;
-  std::vector<int> placeInBorder_; // #vertices; -1 inside
-  std::vector<uint32_t> first_;    // #vertices + 1; of the wedges of each
+  const double clearance_;
+  std::optional<MovingBorder> border_; // Disc::border, since fitAspect()
+  std::vector<int> placeInBorder_;     // #vertices; -1 inside
+  std::vector<uint32_t> first_;        // #vertices + 1; of the wedges of each
   std::vector<Wedge> wedges_;
   Vec2<double> sides_ = {1, 1};
 };
 
 } // namespace
 
-void lowerStretch(const Disc& disc, std::vector<Vec2<double>>& coordinates, const DescentOptions& options) {
-  Descent(disc, coordinates).run(options);
+void lowerStretch(const Disc& disc, std::vector<Vec2<double>>& coordinates, const DescentOptions& options,
+                  const Progress& progress) {
+  Descent(disc, coordinates, options.clearance).run(options, progress);
 }
 
 } // namespace surflect::slf

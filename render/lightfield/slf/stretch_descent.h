@@ -4,6 +4,7 @@
 #pragma once
 
 #include "render/lightfield/slf/disc.h"
+#include "surfel/base/progress.h"
 #include "surfel/math/space.h"
 
 #include <vector>
@@ -13,14 +14,15 @@ namespace surflect::slf {
 struct DescentOptions {
   int mostSweeps = 300;
   double leastGain = 3e-4; // stops once a sweep lowers the stretch by a smaller share
+  double clearance = 0;    // of parts of the border (border_gaps.h), in sides of a square of the same area
 };
 
 // Moves vertices of a one-to-one map over the unit square so that the integral over the surface of
 // a / s^2 + c s^2 falls, where s is the best aspect: the squared stretch for a given number of texels.
 // Vertices move one after another, by steps of Newton that leave all triangles positive and the border
 // without crossings, so that the map stays one to one [Sander 2001, §3.2]. There a line search in random
-// directions is used, here derivatives.
+// directions is used, here derivatives. Throws Cancelled.
 void lowerStretch(const Disc& disc, std::vector<Vec2<double>>& coordinates,
-                  const DescentOptions& options = {});
+                  const DescentOptions& options = {}, const Progress& progress = {});
 
 } // namespace surflect::slf

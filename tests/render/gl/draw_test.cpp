@@ -204,6 +204,22 @@ TEST_F(DrawTest, ColoursAreWeightedByTheTargetsAlpha) {
   EXPECT_EQ(color.read().values, (std::vector<float>{0.75f, 1, 1.5f, 0.25f, 1.25f, 2, 3.5f, 0.75f}));
 }
 
+// In a target of 8 bits the difference is cut off at 0.
+TEST_F(DrawTest, ColoursAreSubtracted) {
+  for (const Format format : {Format::rgba32f, Format::rgba8}) {
+    const Texture color({format, 1, 1});
+    Framebuffer target("target", {{&color}});
+    target.clearColor(0, {0.6f, 0.2f, 1, 1});
+    Program program(kShaders, {"everywhere.vert", "color.frag"});
+    program.set("color", Eigen::Vector4f(0.2f, 0.6f, 0.4f, 0));
+    draw({target, program, {}, {.blend = {Factor::one, Factor::one, Equation::subtract}}}, VertexArray({}),
+         {0, 3});
+    const std::vector<float> found = color.read().values;
+    const std::array expected{0.4f, format == Format::rgba8 ? 0 : -0.4f, 0.6f, 1.f};
+    for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(found[i], expected[i], 1e-6);
+  }
+}
+
 TEST_F(DrawTest, NothingIsLeftOfTheDrawBefore) {
   const Texture color({Format::rgba32f, 4, 4}), depth({Format::depth32f, 4, 4});
   Framebuffer target("target", {{&color}}, {&depth});

@@ -26,7 +26,7 @@ TriangleMesh tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0.1f}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 }
 
-class LightFieldFolderTest : public testing::Test {
+class LightFieldFolderTest : public ::testing::Test {
 protected:
   void write(const Numbers& numbers = {{"regions", 7}, {"texel_size", 0.25}}) const {
     LightFieldWriter writer(folder_, kFormat, 3);

@@ -163,7 +163,7 @@ TEST(PhotographWeights, UnderAWhiteSkyAPhotographWeighsTheSolidAngleNearestToIts
 
 // Views 0..4 are for training; view 5 is for the test and lacks light 0. All have a photograph for the test
 // under the last light.
-class Relight : public testing::Test {
+class Relight : public ::testing::Test {
 protected:
   static constexpr size_t kTestView = 5;
 

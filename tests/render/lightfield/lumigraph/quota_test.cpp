@@ -11,14 +11,5 @@ TEST(Quota, OfThePapersSurfaceLightFieldIsATwelfth) {
 
 TEST(Quota, WithoutRedundancyIsASixth) { EXPECT_EQ(slabQuota(6 * 1234 + 5, 1), 1234u); }
 
-// [Azuma 1999, §4.2.1]
-TEST(Quota, GivesThePapersPictures) {
-  EXPECT_EQ(pictureSide(2769624, 7), 238);
-  EXPECT_EQ(pictureSide(2769624, 4), 416);
-}
-
-// The caption of Fig. 4.9 has 334, whose texels exceed the quota by 0.7 %.
-TEST(Quota, GivesOneTexelLessThanThePapersFigure49) { EXPECT_EQ(pictureSide(2769624, 5), 333); }
-
 } // namespace
 } // namespace surflect::lumigraph

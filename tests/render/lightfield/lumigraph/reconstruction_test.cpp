@@ -77,7 +77,7 @@ TEST(Reconstruction, OfAConstantObjectIsConstant) {
 TEST(Reconstruction, OnASimplifiedGeometryAlphaFollowsTheTexels) {
   const TriangleMesh mesh = bumpySphere(0);
   Lumigraph lumigraph = lumigraphFrom(mesh, kOptions, glossy);
-  lumigraph.exactOutline = false;
+  lumigraph.geometry.exactOutline = false;
   EXPECT_NEAR(radianceAt(lumigraph, {0, 0, 0.99}, {0, 0, 5})[3], 1, 1e-9);
   const Eigen::Vector4d beside = radianceAt(lumigraph, {1.3, 0, 0}, {1.3, 0, 5});
   EXPECT_EQ(beside, Eigen::Vector4d::Zero());

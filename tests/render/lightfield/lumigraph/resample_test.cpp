@@ -1,6 +1,7 @@
 #include "render/lightfield/lumigraph/resample.h"
 
 #include "tests/render/lightfield/lumigraph/synthetic_lumigraph.h"
+#include "tests/support/box_capture.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <numeric>
@@ -63,17 +64,53 @@ TEST_F(ResamplerTest, AsksTrainingViewsAloneAndTellsWhereNoneSees) {
 TEST_F(ResamplerTest, SeesALineThroughACameraAsItsPhotographDoes) {
   const lightfield::Views& views = photographed({.cameras = 20, .lights = 0, .size = 48});
   const Resampler blending(views, {}), nearest(views, {.nearest = true});
-  const lightfield::Photographs photographs(views, views.ofSplit(capture::Split::train));
+  const lightfield::Photographs photographs(views);
   for (size_t view = 0; view < views.size(); ++view) {
     const Point center = views.camera(view).center();
     for (const double offset : {0., 0.2, 0.4}) {
       const Direction direction = normalized(Point(offset, 0, 0) - center);
       const auto hit = views.rays().firstHit(center, direction);
-      const Eigen::Vector3f shown =
-          photographs.at(view, *views.camera(view).project(center + hit->distance * direction)).head<3>();
-      EXPECT_LE((nearest.at({center, direction}).color - shown).norm(), 1e-5f);
-      EXPECT_LE((blending.at({center, direction}).color - shown).norm(), 1e-4f);
+      const auto shown = photographs.at(view, *views.camera(view).project(center + hit->distance * direction),
+                                        hit->distance, 1);
+      EXPECT_LE((nearest.at({center, direction}).color - shown->radiance).norm(), 1e-5f);
+      EXPECT_LE((blending.at({center, direction}).color - shown->radiance).norm(), 1e-4f);
     }
+  }
+}
+
+// A bright plate above a dark table, photographed from above and from the side.
+TEST_F(ResamplerTest, AnOccluderDoesNotShowOnWhatLiesBehindIt) {
+  TriangleMesh mesh;
+  boxes::addBox(mesh, {-0.8f, -0.8f, -0.2f}, {0.8f, 0.8f, -0.1f});
+  boxes::addBox(mesh, {-0.3f, -0.3f, 0.2f}, {0.3f, 0.3f, 0.3f});
+  const auto radiance = [](const Vec3<double>& place, const Vec3<double>&) {
+    return place[2] > 0 ? Rgb{100, 100, 100} : Rgb{1, 1, 1};
+  };
+  boxes::writeCapture(mesh, radiance, {{{0, 0, 1}, {0.1, 0.1, 1}, {1, 0, 0.6}}, 96, 0.35}, folder_.path());
+  const lightfield::Views& views = views_.emplace(folder_.path());
+  const Point camera = views.camera(0).center();
+  for (const bool onlyNearest : {false, true}) {
+    const Resampler resampler(views, {.nearest = onlyNearest});
+    std::mt19937 random(1);
+    size_t hiddenFromAbove = 0, table = 0, plate = 0;
+    for (int n = 0; n < 2000; ++n) {
+      std::uniform_real_distribution<double> within(-0.75, 0.75);
+      const Point target(within(random), within(random), -0.1);
+      const Direction towards = normalized(Point(2 + within(random), within(random), 3) - target);
+      const Line line{target + 10. * towards, -towards};
+      const auto hit = views.rays().firstHit(line.origin, line.direction);
+      const bool isPlate = (line.origin + hit->distance * line.direction).z() > 0;
+      const Sample sample = resampler.at(line);
+      if (sample.kind != Sample::Kind::seen) continue;
+      EXPECT_NEAR(sample.color[0], isPlate ? 100 : 1, isPlate ? 0.1 : 1e-3);
+      ++(isPlate ? plate : table);
+      if (!isPlate &&
+          views.rays().occluded(target, normalized(camera - target), 0.01, length(camera - target)))
+        ++hiddenFromAbove;
+    }
+    EXPECT_GT(table, 500u);
+    EXPECT_GT(plate, 100u);
+    EXPECT_GT(hiddenFromAbove, 20u);
   }
 }
 

@@ -69,6 +69,30 @@ TEST(Slab, PicturesHoldEveryPointThatTheirNodesAreAskedFor) {
       }
 }
 
+// Points within triangles as large as the object, of which an st grid of many nodes sees nearly one vertex.
+TEST(Slab, PicturesHoldThePointsOfLargeTriangles) {
+  const TriangleMesh tetrahedron{{{-1, -1, -1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}},
+                                 {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (const int nodes : {2, 3, 7}) {
+    const Slabs slabs = slabsAround(tetrahedron, {.nodes = nodes, .texels = 2000000, .distance = 1.25});
+    for (int n = 0; n < 20000; ++n) {
+      const auto& triangle = tetrahedron.triangles[random() % 4];
+      const double b = share(random), c = (1 - b) * share(random);
+      const auto corner = [&](size_t i) {
+        return Vec3<double>(tetrahedron.positions[triangle[i]].raw().cast<double>());
+      };
+      const Point p = assume<Point>(Vec3<double>((1 - b - c) * corner(0) + b * corner(1) + c * corner(2)));
+      for (const Tap& tap : tapsAt(slabs, 0.02, p, p + assume<Direction>(randomUnit(random)))) {
+        EXPECT_GE(std::min(tap.u, tap.v), 0.5);
+        EXPECT_LE(tap.u, slabs[tap.slab].width - 0.5);
+        EXPECT_LE(tap.v, slabs[tap.slab].height - 0.5);
+      }
+    }
+  }
+}
+
 TEST(Slab, TheQuotaIsUsedButNotExceeded) {
   for (const size_t texels : {20000, 300000, 16617744}) {
     const Slabs slabs = slabsAround(kMesh, {.nodes = 4, .texels = texels});
@@ -91,6 +115,7 @@ TEST(Slab, OptionsOutOfRangeAreErrors) {
   EXPECT_THROW(slabsAround(kMesh, {.nodes = 7, .texels = 100}), Error);
   EXPECT_THROW(slabsAround({}, {}), Error);
   EXPECT_THROW(slabsAround({{{1, 2, 3}}, {}}, {}), Error);
+  EXPECT_THROW(slabsAround({kMesh.positions, {}}, {}), Error);
 }
 
 TEST(SlabWeights, SumToOneAndBelongToSidesThatFaceTheViewer) {
@@ -113,6 +138,18 @@ TEST(SlabWeights, SumToOneAndBelongToSidesThatFaceTheViewer) {
 TEST(SlabWeights, WithoutOverlapTheLargestComponentTells) {
   for (const Vec3<double>& towards : {Vec3<double>(-2, 1, 1), {-2, 2, 2}, {-2, -2, 0}})
     EXPECT_EQ(slabWeights(assume<Direction>(towards), 0), (std::array<double, 6>{0, 1, 0, 0, 0, 0}));
+}
+
+// The least overlaps are below the precision of the weights' quotients.
+TEST(SlabWeights, AreFiniteForEveryOverlap) {
+  std::mt19937 random(6);
+  for (const double overlap : {1e-300, 1e-20, 1e-9, 1e-6, 1e-3})
+    for (int n = 0; n < 300; ++n) {
+      Vec3<double> towards = randomUnit(random);
+      if (n % 3 == 0) towards[1] = towards[0];
+      const auto weights = slabWeights(assume<Direction>(towards), overlap);
+      EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.), 1, 1e-12);
+    }
 }
 
 TEST(SlabWeights, ChangeContinuously) {

@@ -55,7 +55,7 @@ inline Lumigraph lumigraphFrom(const TriangleMesh& mesh, const SlabOptions& opti
   Lumigraph lumigraph;
   lumigraph.slabs = slabsAround(mesh, options);
   lumigraph.overlap = options.overlap;
-  lumigraph.geometry = mesh;
+  lumigraph.geometry.mesh = mesh;
   const RayCaster<AcquisitionSpace> rays(mesh);
   for (size_t k = 0; k < kSlabs; ++k) {
     const Slab& slab = lumigraph.slabs[k];

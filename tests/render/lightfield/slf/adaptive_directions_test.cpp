@@ -10,20 +10,20 @@
 namespace surflect::slf {
 namespace {
 
-constexpr size_t kTexels = 8;
+constexpr size_t kTexelCount = 8;
 
 // Radiance that is equal in all texels and observed from everywhere.
 DirectionalRadiance radianceIn(const DirectionMesh& fine,
                                const std::function<double(const Vec3<double>&)>& of) {
   DirectionalRadiance result;
   for (const Direction& direction : fine.directions()) {
-    result.radiance.emplace_back(kTexels, Vec3<float>::Constant(static_cast<float>(of(direction.raw()))));
-    result.isObserved.emplace_back(kTexels, 1);
+    result.radiance.emplace_back(kTexelCount, Vec3<float>::Constant(static_cast<float>(of(direction.raw()))));
+    result.isObserved.emplace_back(kTexelCount, 1);
   }
   return result;
 }
 
-DirectionMesh meshOf(const DirectionMesh& fine, const std::vector<size_t>& kept) {
+DirectionMesh subsetOf(const DirectionMesh& fine, const std::vector<size_t>& kept) {
   std::vector<Direction> directions;
   for (const size_t i : kept) directions.push_back(fine.directions()[i]);
   return DirectionMesh(directions);
@@ -62,7 +62,7 @@ TEST(AdaptiveDirections, WhatIsLeftOutIsReproducedWithinTheTolerance) {
   size_t before = fine.directions().size() + 1;
   for (const double tolerance : {0.003, 0.01, 0.03, 0.1}) {
     const auto kept = adaptedDirections(radiance, fine, tolerance);
-    for (const double error : reproductionErrors(radiance, fine, kept, meshOf(fine, kept)))
+    for (const double error : reproductionErrors(radiance, fine, kept, subsetOf(fine, kept)))
       EXPECT_LE(error, tolerance);
     EXPECT_LT(kept.size(), before);
     before = kept.size();
@@ -72,7 +72,7 @@ TEST(AdaptiveDirections, WhatIsLeftOutIsReproducedWithinTheTolerance) {
 TEST(AdaptiveDirections, WithoutToleranceEverythingThatBendsIsKept) {
   const DirectionMesh fine(octahedronDirections(1));
   const auto kept = adaptedDirections(radianceIn(fine, highlight), fine, 0);
-  for (const double error : reproductionErrors(radianceIn(fine, highlight), fine, kept, meshOf(fine, kept)))
+  for (const double error : reproductionErrors(radianceIn(fine, highlight), fine, kept, subsetOf(fine, kept)))
     EXPECT_EQ(error, 0);
 }
 
@@ -92,8 +92,8 @@ TEST(AdaptiveDirections, TheErrorIsTheRootMeanSquareOverObservedTexels) {
   radiance.radiance[kEdge][2] = {900, 1, 1};
   radiance.isObserved[kEdge][2] = 0;
   const std::vector<size_t> kept = {0, 1, 2, 3, 4, 5};
-  const auto errors = reproductionErrors(radiance, fine, kept, meshOf(fine, kept));
-  EXPECT_NEAR(errors[kEdge], std::sqrt((9.0 + 16.0) / (3 * (kTexels - 1))), 1e-6);
+  const auto errors = reproductionErrors(radiance, fine, kept, subsetOf(fine, kept));
+  EXPECT_NEAR(errors[kEdge], std::sqrt((9.0 + 16.0) / (3 * (kTexelCount - 1))), 1e-6);
   EXPECT_NEAR(errors[kEdge + 1], 0, 1e-6);
 }
 

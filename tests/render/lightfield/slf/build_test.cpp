@@ -19,7 +19,7 @@
 namespace surflect::slf {
 namespace {
 
-constexpr int kSide = 6;
+constexpr int kChartSide = 6;
 constexpr Rgb kColor{0.25f, 2, 40}; // exact in half floats
 
 Rgb constant(const Vec3<double>&, const Vec3<double>&) { return kColor; }
@@ -29,7 +29,8 @@ public:
   Built(const TriangleMesh& mesh, const boxes::RadianceAt& radianceAt, const boxes::Shoot& shoot,
         const BuildOptions& options = {.directions = 18})
       : views((boxes::writeCapture(mesh, radianceAt, shoot, folder / "views"), folder / "views")),
-        report(buildWithCharts(views, boxes::faceCharts(views.mesh(), kSide), options, folder / "field")),
+        report(
+            buildWithCharts(views, boxes::faceCharts(views.mesh(), kChartSide), options, folder / "field")),
         opened(openField(folder / "field")) {}
 
   std::string texels() const { return readFile(folder / "field" / kTexturesFile); }
@@ -63,7 +64,7 @@ TEST(Build, AnObjectOfOneColourHasThatColourInEveryTexel) {
     for (size_t region = 0; region < 6; ++region)
       for (size_t i = 0; i < 18; ++i) {
         const std::vector<Texel> texture = built.opened.textures->read(region, i);
-        ASSERT_EQ(texture.size(), size_t{kSide * kSide});
+        ASSERT_EQ(texture.size(), size_t{kChartSide * kChartSide});
         if (!isStored(texture)) continue;
         ++stored;
         for (const Texel& texel : texture) {
@@ -81,10 +82,10 @@ TEST(Build, TheReportCountsWhatIsInTheFolder) {
   const Built built(boxes::unitCube(), constant, {studio::spiral(24), 32, 0.3});
   EXPECT_EQ(built.report.photographs, 24u);
   EXPECT_EQ(built.report.atlas.regions, 6u);
-  EXPECT_EQ(built.report.surfaceTexels, size_t{6 * kSide * kSide});
+  EXPECT_EQ(built.report.surfaceTexels, size_t{6 * kChartSide * kChartSide});
   EXPECT_EQ(built.report.textures, size_t{6 * 18});
   EXPECT_LT(built.report.texturesStored, built.report.textures);
-  EXPECT_EQ(built.report.texels, built.report.texturesStored * kSide * kSide);
+  EXPECT_EQ(built.report.texels, built.report.texturesStored * kChartSide * kChartSide);
   EXPECT_EQ(built.texels().size(), built.report.texels * sizeof(Texel));
   EXPECT_EQ(built.report.bytes, built.opened.folder.bytes());
   EXPECT_EQ(built.report.unseenRegions, 0u);

@@ -3,6 +3,7 @@
 #include "render/lightfield/slf/atlas_report.h"
 #include "render/lightfield/slf/regions.h"
 #include "render/lightfield/slf/stretch.h"
+#include "render/lightfield/slf/texel_points.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/slf/meshes.h"
 
@@ -92,6 +93,31 @@ void expectOneToOne(const TriangleMesh& mesh, const std::vector<Chart>& charts) 
   EXPECT_EQ(std::ranges::count(covered, 1), static_cast<ptrdiff_t>(covered.size()));
 }
 
+// Largest distance between the middle of a triangle and the surface points of the texels that a look-up there
+// reads, by their weights; in texels.
+double farthestLookUp(const TriangleMesh& mesh, const std::vector<Chart>& charts, double texelSize) {
+  double farthest = 0;
+  for (const Chart& chart : charts) {
+    const std::vector<TexelPoint> points = texelPoints(mesh, chart);
+    for (const auto& triangle : chart.triangles) {
+      Vec2<double> place(0, 0);
+      Vec3<double> middle(0, 0, 0);
+      for (const uint32_t v : triangle) {
+        place += at(chart, v).cwiseProduct(Vec2<double>(chart.width, chart.height)) / 3;
+        middle += mesh.positions[chart.vertices[v]].cast<double>().raw() / 3;
+      }
+      const Vec2<double> between = place.array() - 0.5;
+      double distance = 0;
+      for (int y = std::max(0, static_cast<int>(between.y())); y < chart.height && y <= between.y() + 1; ++y)
+        for (int x = std::max(0, static_cast<int>(between.x())); x < chart.width && x <= between.x() + 1; ++x)
+          distance += (1 - std::abs(between.x() - x)) * (1 - std::abs(between.y() - y)) *
+                      (points[static_cast<size_t>(y * chart.width + x)].position.raw() - middle).norm();
+      farthest = std::max(farthest, distance / texelSize);
+    }
+  }
+  return farthest;
+}
+
 TEST(Charts, AreOneToOneOnBumpyMeshes) {
   for (const TriangleMesh& mesh : {shaken(bumpySphere(40, 41, 0.2), 0.01f, 1), torus(40, 20)})
     expectOneToOne(mesh, chartsFor(mesh, 20, 0.02));
@@ -108,7 +134,8 @@ TEST(Charts, HaveLittleStretchAndRedundancyOnBumpyClosedMeshes) {
     EXPECT_LT(report.redundancy, 1.008); // wanted: 1.3
     EXPECT_LT(report.cost, 1.15);
     EXPECT_LT(report.meanStretch, 1.14);
-    EXPECT_LT(report.worstStretch, 16); // of single triangles with little area
+    EXPECT_LT(report.worstStretch, 30); // of single triangles with little area
+    EXPECT_LT(farthestLookUp(mesh, charts, texelSize), 6.5);
   }
 }
 
@@ -141,12 +168,35 @@ TEST(Charts, TexelsFollowTheirSize) {
     double texels = 0;
     for (const Chart& chart : chartsFor(mesh, 20, texelSize)) texels += static_cast<double>(chart.texels());
     const double side = std::sqrt(area / 20) / texelSize; // a region's, and one for the gutter
-    EXPECT_NEAR(texels * texelSize * texelSize / area, (side + 1) * (side + 1) / (side * side), 0.03);
+    EXPECT_NEAR(texels * texelSize * texelSize / area, (side + 1) * (side + 1) / (side * side), 0.04);
   }
 }
 
 TEST(Charts, LargeTexelsLeaveFourASide) {
   for (const Chart& chart : chartsFor(torus(20, 10), 10, 100)) EXPECT_EQ(chart.texels(), 16u);
+}
+
+TEST(Charts, FittedOnesHaveTheMostTexelsAndAreAsThoseOfTheirSize) {
+  const TriangleMesh mesh = bumpySphere(30, 31, 0.1);
+  const Regions regions = regionsOf(mesh, {.regions = 20});
+  const auto texelsOf = [](const std::vector<Chart>& charts) {
+    double texels = 0;
+    for (const Chart& chart : charts) texels += static_cast<double>(chart.texels());
+    return texels;
+  };
+  const FittedCharts fitted = fittedCharts(mesh, regions, 0.01, 20000);
+  EXPECT_NEAR(texelsOf(fitted.charts) / 20000, 1, 0.05);
+  expectOneToOne(mesh, fitted.charts);
+  const AtlasReport report = atlasReport(mesh, fitted.charts, fitted.texelSize);
+  EXPECT_LT(report.cost, 1.25);
+  // Those that need not change are the charts of the wanted size.
+  const FittedCharts free = fittedCharts(mesh, regions, 0.02, 1'000'000);
+  const std::vector<Chart> charts = chartsOf(mesh, regions, 0.02);
+  EXPECT_EQ(free.texelSize, 0.02);
+  ASSERT_EQ(free.charts.size(), charts.size());
+  for (size_t i = 0; i < charts.size(); ++i) EXPECT_EQ(free.charts[i].coordinates, charts[i].coordinates);
+  // 20 charts of the fewest texels.
+  EXPECT_EQ(texelsOf(fittedCharts(mesh, regions, 0.01, 1).charts), 20 * 16);
 }
 
 TEST(Charts, NeighborsShareTheVerticesOfTheirBorder) {

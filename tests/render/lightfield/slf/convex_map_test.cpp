@@ -6,6 +6,7 @@
 #include "render/lightfield/slf/stretch.h"
 #include "render/lightfield/slf/triangle_graph.h"
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/render/lightfield/slf/whole_disc.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +15,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <random>
 #include <vector>
 
@@ -22,12 +22,6 @@ namespace surflect::slf {
 namespace {
 
 using namespace testing;
-
-Disc wholeOf(const TriangleMesh& mesh) {
-  std::vector<uint32_t> all(mesh.triangles.size());
-  std::iota(all.begin(), all.end(), 0u);
-  return discOf(mesh, triangleGraph(mesh), all).value();
-}
 
 SquareCorners quarters(const Disc& disc) {
   const size_t n = disc.border.size();

@@ -213,11 +213,11 @@ TEST(DirectionMesh, EqualDirectionsAreRefusedByTheirIndices) {
 TEST(DirectionMesh, DirectionsOnOneGreatCircleAreRefusedWithoutPrinting) {
   std::vector<Direction> directions;
   for (int i = 0; i < 8; ++i) directions.emplace_back(std::cos(0.7 * i), std::sin(0.7 * i), 0);
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
   EXPECT_EQ(errorOfMesh(directions), "directions: lie in a plane");
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
 TEST(DirectionMesh, DirectionsInOneHemisphereAreRefused) {

@@ -2,12 +2,12 @@
 
 #include "render/lightfield/slf/triangle_graph.h"
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/render/lightfield/slf/whole_disc.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -16,15 +16,9 @@ namespace {
 
 using namespace testing;
 
-std::optional<Disc> wholeOf(const TriangleMesh& mesh) {
-  std::vector<uint32_t> all(mesh.triangles.size());
-  std::iota(all.begin(), all.end(), 0u);
-  return discOf(mesh, triangleGraph(mesh), all);
-}
-
 TEST(Disc, BorderOfAPatchGoesRoundCounterClockwise) {
   const TriangleMesh mesh = squarePatch(7);
-  const std::optional<Disc> disc = wholeOf(mesh);
+  const std::optional<Disc> disc = discOfAll(mesh);
   ASSERT_TRUE(disc);
   ASSERT_EQ(disc->border.size(), 28u);
   double twiceArea = 0;
@@ -50,29 +44,31 @@ TEST(Disc, CornersAndPositionsAreThoseOfTheMesh) {
 }
 
 TEST(Disc, OtherSurfacesAreNone) {
-  EXPECT_FALSE(wholeOf(bumpySphere(5, 6)));                        // closed
-  EXPECT_FALSE(wholeOf(torus(5, 6)));                              // closed, with a handle
-  EXPECT_FALSE(wholeOf(together(squarePatch(2), squarePatch(2)))); // on one place: edges of four triangles
+  EXPECT_FALSE(discOfAll(bumpySphere(5, 6)));                        // closed
+  EXPECT_FALSE(discOfAll(torus(5, 6)));                              // closed, with a handle
+  EXPECT_FALSE(discOfAll(together(squarePatch(2), squarePatch(2)))); // on one place: edges of four triangles
   TriangleMesh handle = torus(5, 6);
   handle.triangles.pop_back();
-  EXPECT_FALSE(wholeOf(handle)); // one border, with a handle
+  EXPECT_FALSE(discOfAll(handle)); // one border, with a handle
   TriangleMesh ring = squarePatch(3);
   std::swap(ring.triangles[8], ring.triangles[17]);
   std::swap(ring.triangles[9], ring.triangles[16]);
   ring.triangles.resize(16);
-  EXPECT_FALSE(wholeOf(ring));
+  EXPECT_FALSE(discOfAll(ring));
   TriangleMesh apart = squarePatch(3);
   apart.triangles = {apart.triangles[0], apart.triangles[17]};
-  EXPECT_FALSE(wholeOf(apart));
+  EXPECT_FALSE(discOfAll(apart));
   TriangleMesh pinched = squarePatch(2);
   pinched.triangles = {pinched.triangles[0], pinched.triangles[1], pinched.triangles[6],
                        pinched.triangles[7]};
-  EXPECT_FALSE(wholeOf(pinched));
+  EXPECT_FALSE(discOfAll(pinched));
 }
 
-TEST(Disc, ATriangleIsADisc) { EXPECT_TRUE(wholeOf(meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}))); }
+TEST(Disc, ATriangleIsADisc) {
+  EXPECT_TRUE(discOfAll(meshOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}})));
+}
 
-TEST(Disc, NoTrianglesAreNone) { EXPECT_FALSE(wholeOf({})); }
+TEST(Disc, NoTrianglesAreNone) { EXPECT_FALSE(discOfAll({})); }
 
 } // namespace
 } // namespace surflect::slf

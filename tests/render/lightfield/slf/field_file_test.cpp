@@ -14,8 +14,8 @@
 namespace surflect::slf {
 namespace {
 
-constexpr int kSide = 4;
-constexpr uint64_t kTexels = 6 * 5 * kSide * kSide;
+constexpr int kStoredSide = 4;
+constexpr uint64_t kTexels = 6 * 5 * kStoredSide * kStoredSide;
 
 struct Sample {
   Field field;
@@ -29,12 +29,12 @@ Sample sample() {
   result.field.directionMeshes.emplace_back(octahedronDirections(0));
   result.field.directionMeshes.emplace_back(octahedronDirections(1));
   uint64_t place = 0;
-  for (Chart& chart : boxes::faceCharts(result.field.mesh, kSide)) {
+  for (Chart& chart : boxes::faceCharts(result.field.mesh, kStoredSide)) {
     const auto mesh = static_cast<uint32_t>(result.field.regions.size() % 3 == 1);
     result.field.regions.push_back({std::move(chart), mesh});
     auto& places =
         result.places.emplace_back(result.field.directionMeshes[mesh].directions().size(), kNotStored);
-    for (size_t i = 0; i < 5; ++i) places[i] = std::exchange(place, place + kSide * kSide);
+    for (size_t i = 0; i < 5; ++i) places[i] = std::exchange(place, place + kStoredSide * kStoredSide);
   }
   return result;
 }
@@ -139,7 +139,7 @@ TEST(FieldFile, ErrorsNameTheField) {
   EXPECT_EQ(errorWith([](Sample& s) { s.field.regions[5] = s.field.regions[0]; }).substr(0, 28),
             "regions[5].meshTriangles[0]:");
   EXPECT_EQ(errorWith([](Sample& s) { s.field.regions.pop_back(); }).substr(0, 8), "regions:");
-  EXPECT_EQ(errorWith([](Sample& s) { s.places[3][4] = kTexels - kSide * kSide + 1; }),
+  EXPECT_EQ(errorWith([](Sample& s) { s.places[3][4] = kTexels - kStoredSide * kStoredSide + 1; }),
             "regions[3].textures[4]: found 16 texels at 465, expected within the 480 texels of textures.bin");
   EXPECT_NE(errorOfBytes(bytesOf(sample()), kTexels - 1), "");
 }

@@ -15,7 +15,7 @@ namespace surflect::slf {
 namespace {
 
 // The folder of a small light field; the same for all tests, and copied where one damages it.
-class OpenField : public testing::Test {
+class OpenField : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
     made_ = new image::TemporaryFolder();

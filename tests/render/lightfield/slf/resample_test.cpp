@@ -14,7 +14,7 @@
 namespace surflect::slf {
 namespace {
 
-constexpr int kSide = 12;
+constexpr int kPlateSide = 12;
 
 // The upper face of a cube with a plate above it, photographed from straight above and around there, so that
 // nothing sees the middle of the face.
@@ -37,7 +37,7 @@ struct HiddenMiddle {
     return folder.path();
   }
   static Chart top(const TriangleMesh& mesh) {
-    const std::vector<Chart> charts = boxes::faceCharts(mesh, kSide);
+    const std::vector<Chart> charts = boxes::faceCharts(mesh, kPlateSide);
     return *std::ranges::find_if(charts, [&](const Chart& face) {
       return areaVector(mesh, face.meshTriangles[0]).normalized()[2] > 0.9 &&
              std::abs(mesh.positions[face.vertices[0]].z() - 0.5f) < 1e-3f;
@@ -45,15 +45,18 @@ struct HiddenMiddle {
   }
   HiddenMiddle()
       : views(shot(folder)), chart(top(views.mesh())), points(texelPoints(views.mesh(), chart)),
-        observations(points, kSide, views.mesh(), SmoothNormals(views.mesh()), Photographs(views),
-                     views.rays()) {}
+        observations(observed(views, points)) {}
+  static Observations observed(const lightfield::Views& views, const std::vector<TexelPoint>& points) {
+    const lightfield::Photographs photographs(views);
+    return {points, views.mesh(), SmoothNormals(views.mesh()), lightfield::Sight(photographs, views.rays())};
+  }
 };
 
 TEST(Resample, TexelsThatNoPhotographSeesAreFilledSmoothlyAndMarked) {
   const HiddenMiddle scene;
   const std::vector<uint8_t> isUsed = usedDirections(scene.views.mesh(), scene.chart, scene.directions);
   for (const Blend blend : {Blend::nearest, Blend::ulr, Blend::fitted}) {
-    const RegionTextures textures = resample(scene.observations, kSide, scene.directions, isUsed, blend);
+    const RegionTextures textures = resample(scene.observations, kPlateSide, scene.directions, isUsed, blend);
     EXPECT_GE(textures.unseenTexels, 9u);
     EXPECT_FALSE(textures.isUnseen());
     for (size_t i = 0; i < isUsed.size(); ++i) {
@@ -74,7 +77,8 @@ TEST(Resample, TexelsThatNoPhotographSeesAreFilledSmoothlyAndMarked) {
 TEST(Resample, ATexelIsObservedWhereAPhotographIsWithinTheSpacingOfDirections) {
   const HiddenMiddle scene;
   const std::vector<uint8_t> isUsed(scene.directions.directions().size(), 1);
-  const RegionTextures textures = resample(scene.observations, kSide, scene.directions, isUsed, Blend::ulr);
+  const RegionTextures textures =
+      resample(scene.observations, kPlateSide, scene.directions, isUsed, Blend::ulr);
   for (size_t i = 0; i < isUsed.size(); ++i) {
     double spacing = 0;
     for (const auto& corners : scene.directions.triangles())
@@ -96,8 +100,7 @@ TEST(Resample, ATexelIsObservedWhereAPhotographIsWithinTheSpacingOfDirections) {
 TEST(Resample, ARegionThatNoPhotographSeesIsBlackAndNotObserved) {
   const HiddenMiddle scene;
   const std::vector<TexelPoint> nowhere(16);
-  const Observations none(nowhere, 4, scene.views.mesh(), SmoothNormals(scene.views.mesh()),
-                          Photographs(scene.views), scene.views.rays());
+  const Observations none = HiddenMiddle::observed(scene.views, nowhere);
   const std::vector<uint8_t> isUsed(scene.directions.directions().size(), 1);
   const RegionTextures textures = resample(none, 4, scene.directions, isUsed, Blend::fitted);
   EXPECT_TRUE(textures.isUnseen());

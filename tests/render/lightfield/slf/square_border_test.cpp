@@ -4,24 +4,18 @@
 #include "render/lightfield/slf/plane_border.h"
 #include "render/lightfield/slf/triangle_graph.h"
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/render/lightfield/slf/whole_disc.h"
 
 #include <gtest/gtest.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace surflect::slf {
 namespace {
 
 using namespace testing;
-
-Disc wholeOf(const TriangleMesh& mesh) {
-  std::vector<uint32_t> all(mesh.triangles.size());
-  std::iota(all.begin(), all.end(), 0u);
-  return discOf(mesh, triangleGraph(mesh), all).value();
-}
 
 TEST(SquareBorder, IsStrictlyConvexWithinTheSquareAndTouchesItsSides) {
   const Disc disc = wholeOf(shaken(squarePatch(9), 0.03f, 1));

@@ -7,6 +7,7 @@
 #include "render/lightfield/slf/stretch.h"
 #include "render/lightfield/slf/triangle_graph.h"
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/render/lightfield/slf/whole_disc.h"
 
 #include <gtest/gtest.h>
 
@@ -14,19 +15,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 namespace surflect::slf {
 namespace {
 
 using namespace testing;
-
-Disc wholeOf(const TriangleMesh& mesh) {
-  std::vector<uint32_t> all(mesh.triangles.size());
-  std::iota(all.begin(), all.end(), 0u);
-  return discOf(mesh, triangleGraph(mesh), all).value();
-}
 
 std::vector<Vec2<double>> convexMapOf(const Disc& disc) {
   const size_t n = disc.border.size();

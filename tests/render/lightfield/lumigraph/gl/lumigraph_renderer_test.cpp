@@ -73,12 +73,31 @@ TEST_F(LumigraphRendererTest, RefusesOtherLights) {
 TEST_F(LumigraphRendererTest, SeveralStandSideBySideWithTheirOwnOptions) {
   LumigraphRenderer one(*folder_ / "lumigraph"), other(*folder_ / "lumigraph");
   LumigraphOptions options;
-  options.triangles = 60;
-  LumigraphRenderer simple(*folder_ / "lumigraph", options);
+  options.samples = 2;
+  LumigraphRenderer fine(*folder_ / "lumigraph", options);
   const scene::Scene scene = sceneFrom({1, 1, 1}, *rest_);
   EXPECT_EQ(one.render(scene).color.values, other.render(scene).color.values);
-  EXPECT_LE(simple.describe().counts.at("triangles"), 60u);
-  EXPECT_NE(simple.describe().identity, one.describe().identity);
+  EXPECT_NE(one.render(scene).color.values, fine.render(scene).color.values);
+  EXPECT_NE(fine.describe().identity, one.describe().identity);
+  const auto two = fine.render(scene).color.values;
+  fine.turn({{"samples", 1}});
+  EXPECT_EQ(fine.render(scene).color.values, one.render(scene).color.values);
+  fine.turn({});
+  EXPECT_EQ(fine.render(scene).color.values, two);
+}
+
+TEST_F(LumigraphRendererTest, GivesDepthIfAskedAndSaysIfNothingIsVisible) {
+  LumigraphRenderer renderer(*folder_ / "lumigraph");
+  scene::Scene scene = sceneFrom({0, 0, 1}, *rest_);
+  const render::FrameLayers layers = renderer.render(scene, {"depth"});
+  EXPECT_FALSE(layers.report.remark);
+  EXPECT_NEAR(layers.aovs.at("depth").at(24, 24)[0], scene.camera.center().raw().norm() - 1, 0.01);
+  EXPECT_TRUE(renderer.render(scene).aovs.empty());
+  // The camera looks away from the object.
+  const Mat3<double> turned = Vec3<double>(-1, 1, -1).asDiagonal();
+  scene.camera.cameraFromWorld = {turned * scene.camera.cameraFromWorld.rotation(),
+                                  turned * scene.camera.cameraFromWorld.translation()};
+  EXPECT_EQ(renderer.render(scene).report.remark, "no part of the object is visible");
 }
 
 TEST_F(LumigraphRendererTest, OptionsOutOfRangeAreErrors) {

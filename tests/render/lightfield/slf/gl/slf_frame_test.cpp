@@ -159,10 +159,12 @@ TEST_F(SlfFrameTest, CullingDoesNotChangeABit) {
       camera = cameraAt(place, randomUnit(random) - place, 48, 40, 30);
     }
     for (const Method method : kMethods) {
-      const Frame culled = renderer.render(camera, {.method = method});
-      const Frame all =
-          renderer.render(camera, {.method = method, .plan = kNoCulling, .visitedTriangles = false});
+      const Frame culled = renderer.render(camera, {.method = method, .observed = true});
+      const Frame all = renderer.render(
+          camera, {.method = method, .plan = kNoCulling, .visitedTriangles = false, .observed = true});
       ASSERT_EQ(culled.color.values, all.color.values) << trial;
+      ASSERT_EQ(culled.depth.values, all.depth.values) << trial;
+      ASSERT_EQ(culled.observed.values, all.observed.values) << trial;
       EXPECT_EQ(all.stats.passes, field_->textures());
       EXPECT_LT(culled.stats.passes, all.stats.passes);
     }
@@ -174,8 +176,9 @@ TEST_F(SlfFrameTest, EachOptimisationAloneDoesNotChangeABit) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 5; ++trial) {
     const Camera camera = randomCamera(random, 48, 40);
-    for (const Basis basis : {Basis::perspective, Basis::gouraud}) {
-      FrameOptions options{.method = Method::twoStages, .basis = basis};
+    for (FrameOptions options : {FrameOptions{},
+                                 {.method = Method::twoStages},
+                                 {.method = Method::twoStages, .basis = Basis::gouraud}}) {
       const std::vector<float> expected = renderer.render(camera, options).color.values;
       for (int bits = 1; bits < 16; ++bits) {
         options.plan = {
@@ -184,6 +187,22 @@ TEST_F(SlfFrameTest, EachOptimisationAloneDoesNotChangeABit) {
         ASSERT_EQ(renderer.render(camera, options).color.values, expected) << bits;
       }
     }
+  }
+}
+
+TEST_F(SlfFrameTest, DrawsOfFewOfManyDirectionsDoNotChangeABit) {
+  // 512 direction triangles: without culling a region takes many draws, and with few slots still more.
+  const SyntheticOptions fine{.cells = 1, .quads = 8, .texels = 8, .subdivisions = 3};
+  const Field field = syntheticField(fine);
+  const SyntheticTextures textures(field, fine);
+  FrameRenderer ample(field, textures, {}, context_->describe().limits);
+  FrameRenderer tight(field, textures, {0, CachePolicy::lru}, context_->describe().limits);
+  std::mt19937 random(15);
+  for (int trial = 0; trial < 3; ++trial) {
+    const Camera camera = randomCamera(random, 48, 40);
+    const std::vector<float> expected = ample.render(camera).color.values;
+    EXPECT_EQ(ample.render(camera, {.plan = kNoCulling}).color.values, expected);
+    EXPECT_EQ(tight.render(camera).color.values, expected);
   }
 }
 

@@ -118,6 +118,34 @@ TEST_F(SlfRendererTest, SamplesSmoothTheSilhouetteAlone) {
             "samples: found 0, expected 1..8");
 }
 
+TEST_F(SlfRendererTest, TheKnobGivesThePictureOfARendererWithItsSamples) {
+  SlfRenderer renderer(*folder_ / "field", {.samples = 4}), two(*folder_ / "field", {.samples = 2});
+  ASSERT_EQ(renderer.knobs().size(), 1u);
+  EXPECT_EQ(renderer.knobs()[0].values, std::vector<double>({4, 2, 1}));
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const render::FrameLayers full = renderer.render(scene);
+  renderer.turn({{"samples", 2}});
+  EXPECT_EQ(renderer.render(scene).color.values, two.render(scene).color.values);
+  EXPECT_EQ(renderer.describe().identity, two.describe().identity);
+  EXPECT_EQ(full.report.counts.at("work.pixels"), 16. * kSize * kSize);
+  renderer.turn({});
+  EXPECT_EQ(renderer.render(scene).color.values, full.color.values);
+  EXPECT_EQ(image::errorOf([&] {
+              renderer.turn({{"samples", 1.5}});
+            }),
+            "knob.samples: found 1.5, expected a whole number of 1 to 8");
+  EXPECT_THROW(renderer.turn({{"lights", 1}}), Error);
+}
+
+TEST_F(SlfRendererTest, APixelWithinTheObjectHasAlphaOneForAnyNumberOfSamples) {
+  for (int samples = 1; samples <= 8; ++samples) {
+    SlfRenderer renderer(*folder_ / "field", {.samples = samples});
+    const image::Image color = renderer.render(sceneFrom({1, 2, 3}, *rest_)).color;
+    EXPECT_EQ(color.at(kSize / 2, kSize / 2)[3], 1) << samples;
+    for (size_t i = 3; i < color.values.size(); i += 4) EXPECT_LE(color.values[i], 1) << samples;
+  }
+}
+
 TEST_F(SlfRendererTest, AovsAreThoseThatAreAsked) {
   SlfRenderer renderer(*folder_ / "field", {.samples = 2});
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);

@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/pixel_footprint.h"
+#include "render/lightfield/common/pixel_footprint.h"
 
 #include "surfel/math/space.h"
 
@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-namespace surflect::slf {
+namespace surflect::lightfield {
 
 namespace {
 
@@ -54,4 +54,4 @@ double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<
   return *middle;
 }
 
-} // namespace surflect::slf
+} // namespace surflect::lightfield

@@ -6,7 +6,7 @@
 
 #include <span>
 
-namespace surflect::slf {
+namespace surflect::lightfield {
 
 // Median of the width of a pixel at the distance of the surface, in scene units, over points spread evenly by
 // area and the cameras that they face and that they project into. Zero if there are none.
@@ -14,4 +14,4 @@ double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<
 
 double surfaceArea(const TriangleMesh& mesh);
 
-} // namespace surflect::slf
+} // namespace surflect::lightfield

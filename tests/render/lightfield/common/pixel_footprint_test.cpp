@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/pixel_footprint.h"
+#include "render/lightfield/common/pixel_footprint.h"
 
 #include "tests/support/box_capture.h"
 
@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace surflect::slf {
+namespace surflect::lightfield {
 namespace {
 
 TEST(PixelFootprint, IsDistanceOverFocalLengthInFrontOfAFace) {
@@ -29,7 +29,9 @@ TEST(PixelFootprint, WithoutCamerasInFrontIsZero) {
   EXPECT_EQ(pixelFootprint(square, {}), 0);
 }
 
-TEST(PixelFootprint, TheAreaOfACubeIsThatOfItsFaces) { EXPECT_NEAR(surfaceArea(boxes::unitCube()), 6, 1e-6); }
+TEST(PixelFootprint, TheAreaOfACubeIsThatOfItsFaces) {
+  EXPECT_NEAR(lightfield::surfaceArea(boxes::unitCube()), 6, 1e-6);
+}
 
 } // namespace
-} // namespace surflect::slf
+} // namespace surflect::lightfield
