@@ -1,11 +1,14 @@
-#include "apps/capture_argument.h"
+#include "apps/lightfield_build.h"
+
 #include "apps/lightfield_command.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lumigraph/build.h"
+#include "render/lightfield/lumigraph/depth_error.h"
 #include "render/lightfield/lumigraph/quota.h"
+#include "render/lightfield/lumigraph/slab.h"
 #include "render/lightfield/slf/build.h"
 #include "render/lightfield/slf/field_file.h"
 #include "surfel/base/folder.h"
@@ -22,40 +25,6 @@
 namespace surflect {
 
 namespace {
-
-// Arguments that all formats share.
-struct BuildArguments {
-  CaptureArgument views;
-  std::string mesh, output;
-
-  lightfield::Views read(const Progress& progress) const {
-    requireCreatable(output);
-    lightfield::requireLightFieldFolder(output);
-    return lightfield::Views(views.path, {.mesh = mesh, .paths = views.outside}, progress);
-  }
-};
-
-// Prints how capture and mesh were understood.
-void sayNotes(const lightfield::Views& views) {
-  for (const std::string& note : views.capture().notes) say(note);
-  for (const std::string& note : views.geometry().notes) say(note);
-}
-
-void addBuildArguments(CLI::App& command, BuildArguments& arguments) {
-  command
-      .add_option("views", arguments.views.path,
-                  "capture under fixed light: folder with transforms.json, or a JSON file")
-      ->required();
-  addAllowOutside(command, arguments.views.outside);
-  command.add_option("--mesh", arguments.mesh, "mesh that replaces the capture's")->check(notEmpty());
-  command.add_option("-o,--output", arguments.output, "folder of the light field")
-      ->required()
-      ->check(notEmpty());
-}
-
-std::string mebibytes(uint64_t bytes) {
-  return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
-}
 
 // ---------------------------------------------------------------------------------------------------------
 // slf
@@ -169,6 +138,14 @@ size_t quotaOf(const LumigraphArguments& arguments, const Progress& progress) {
   return lumigraph::kSlabs * lumigraph::slabQuota(texels, arguments.redundancy);
 }
 
+Json jsonOf(const lumigraph::DepthErrors& errors) {
+  return {{"lines", errors.lines},
+          {"mean", errors.meanDepth},
+          {"worst", errors.worstDepth},
+          {"mean_offset_texels", errors.meanOffset},
+          {"worst_offset_texels", errors.worstOffset}};
+}
+
 Json runLumigraph(LumigraphArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
   arguments.options.slabs.texels = quotaOf(arguments, progress);
@@ -191,6 +168,14 @@ Json runLumigraph(LumigraphArguments& arguments, const Progress& progress) {
       arguments.common.output, arguments.options.slabs.nodes, arguments.options.slabs.nodes, texels,
       arguments.options.slabs.texels, 100 * (1 - static_cast<double>(report.texels.missed) / total),
       mebibytes(report.bytes), watch.seconds()));
+  if (report.blackPictures > 0)
+    say(fmt::format("{} of {} pictures are black: no photograph sees the side of the object that they show",
+                    report.blackPictures, 6 * arguments.options.slabs.nodes * arguments.options.slabs.nodes));
+  if (report.errors)
+    say(fmt::format("depth by {} triangles is wrong by {:.3g} on average, {:.3g} at worst: neighbouring "
+                    "pictures show a point up to {:.2f} texels apart on average, {:.1f} at worst",
+                    report.triangles, report.errors->meanDepth, report.errors->worstDepth,
+                    report.errors->meanOffset, report.errors->worstOffset));
   return {{"format", "lumigraph"},
           {"slabs", slabs},
           {"texels", texels},
@@ -198,7 +183,9 @@ Json runLumigraph(LumigraphArguments& arguments, const Progress& progress) {
           {"texels_seen", report.texels.seen},
           {"texels_unseen", report.texels.unseen},
           {"texels_missed", report.texels.missed},
+          {"black_pictures", report.blackPictures},
           {"depth_triangles", report.triangles},
+          {"depth_errors", report.errors ? jsonOf(*report.errors) : Json()},
           {"bytes", report.bytes},
           {"seconds", report.seconds},
           {"memory_peak_bytes", memoryUse().peakBytes}};
@@ -213,7 +200,7 @@ void addLumigraph(CLI::App& build, CommandWork& work) {
   addBuildArguments(*command, arguments->common);
   command->add_option("--st", options.slabs.nodes, "pictures of a slab along each side of its st grid")
       ->capture_default_str()
-      ->check(CLI::Range(2, 45));
+      ->check(CLI::Range(2, lumigraph::kMostNodes));
   CLI::Option* texels =
       command->add_option("--texels", options.slabs.texels, "of all slabs together, at most")
           ->capture_default_str()
@@ -241,11 +228,39 @@ void addLumigraph(CLI::App& build, CommandWork& work) {
 
 } // namespace
 
+lightfield::Views BuildArguments::read(const Progress& progress) const {
+  requireCreatable(output);
+  lightfield::requireLightFieldFolder(output);
+  return lightfield::Views(views.path, {.mesh = mesh, .paths = views.outside}, progress);
+}
+
+void sayNotes(const lightfield::Views& views) {
+  for (const std::string& note : views.capture().notes) say(note);
+  for (const std::string& note : views.geometry().notes) say(note);
+}
+
+void addBuildArguments(CLI::App& command, BuildArguments& arguments) {
+  command
+      .add_option("views", arguments.views.path,
+                  "capture under fixed light: folder with transforms.json, or a JSON file")
+      ->required();
+  addAllowOutside(command, arguments.views.outside);
+  command.add_option("--mesh", arguments.mesh, "mesh that replaces the capture's")->check(notEmpty());
+  command.add_option("-o,--output", arguments.output, "folder of the light field")
+      ->required()
+      ->check(notEmpty());
+}
+
+std::string mebibytes(uint64_t bytes) {
+  return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
+}
+
 void addLightFieldBuild(CLI::App& lightField, CommandWork& work) {
   CLI::App* command = lightField.add_subcommand("build", "make a light field from views under fixed light");
   command->require_subcommand(1);
   addSlf(*command, work);
   addLumigraph(*command, work);
+  addLightFieldMaps(*command, work);
 }
 
 } // namespace surflect

@@ -1,5 +1,8 @@
 #include "render/renderer.h"
 
+#include "render/lightfield/common/pixel_samples.h"
+#include "render/lightfield/lfm/lfm_file.h"
+#include "render/lightfield/lfm/lfm_renderer.h"
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 #include "render/lightfield/lumigraph/lumigraph_renderer.h"
 #include "render/lightfield/slf/field_file.h"
@@ -12,13 +15,6 @@
 
 namespace surflect::render {
 
-namespace {
-
-// Samples of a light field along each side of a pixel: edges are as smooth as those of splats.
-constexpr int kSamples = 2;
-
-} // namespace
-
 std::unique_ptr<Renderer> openRenderer(const std::filesystem::path& model, const RendererOptions& options,
                                        const Progress& progress) {
   const std::string format = model::formatOf(model);
@@ -27,13 +23,17 @@ std::unique_ptr<Renderer> openRenderer(const std::filesystem::path& model, const
   if (options.nearest) throw Error("a light field has no nearest view: only packed models have").in(model);
   if (format == slf::kFormatTag)
     return std::make_unique<slf::SlfRenderer>(
-        model, slf::SlfOptions{.slots = {.bytes = options.cacheBytes}, .samples = kSamples}, progress);
+        model, slf::SlfOptions{.slots = {.bytes = options.cacheBytes}, .samples = lightfield::kSamples},
+        progress);
   if (format == lumigraph::kFormat)
     return std::make_unique<lumigraph::LumigraphRenderer>(
-        model, lumigraph::LumigraphOptions{.triangles = {}, .samples = kSamples}, progress);
-  throw Error::mismatch(
-      fmt::format("\"{}\", \"{}\" or \"{}\"", model::kSurfelFormat, slf::kFormatTag, lumigraph::kFormat),
-      '"' + format + '"')
+        model, lumigraph::LumigraphOptions{.samples = lightfield::kSamples}, progress);
+  if (format == lfm::kFormatTag)
+    return std::make_unique<lfm::LfmRenderer>(model, lfm::LfmOptions{.samples = lightfield::kSamples},
+                                              progress);
+  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat, slf::kFormatTag,
+                                    lumigraph::kFormat, lfm::kFormatTag),
+                        '"' + format + '"')
       .at("format")
       .in(model / model::kManifestFile);
 }

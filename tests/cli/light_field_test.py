@@ -1,4 +1,4 @@
-"""`surflect lightfield`: surface light fields and lumigraphs from views, through build, evaluate, render and compare."""
+"""`surflect lightfield`: all kinds of light fields from views, through build, evaluate, render, compare and chart."""
 
 import json
 import shutil
@@ -62,8 +62,9 @@ class LightField(TestInFolder):
         cls.reports = {
             "slf": succeed("lightfield", "build", "slf", cls.views, "-o", cls.folder / "ball.slf", "--regions", "30"),
             "lumigraph": succeed("lightfield", "build", "lumigraph", cls.views, "-o", cls.folder / "ball.lum", "--like",
-                                 cls.folder / "ball.slf", "--st", "5")}
-        cls.models = [cls.folder / "ball.slf", cls.folder / "ball.lum"]
+                                 cls.folder / "ball.slf", "--st", "5"),
+            "lfm": succeed("lightfield", "build", "lfm", cls.views, "-o", cls.folder / "ball.lfm", "--view-size", "12")}
+        cls.models = [cls.folder / "ball.slf", cls.folder / "ball.lum", cls.folder / "ball.lfm"]
 
     def script(self, model, more=""):
         script = self.folder / f"{model.name}.toml"
@@ -84,6 +85,37 @@ class LightField(TestInFolder):
         self.assertGreater(lumigraph["texels"], 0.9 * slf["texels"])
         self.assertEqual(len(lumigraph["slabs"]), 6)
 
+    def test_the_report_of_light_field_maps_adds_up(self):
+        lfm = self.reports["lfm"]
+        samples, cells = lfm["samples"] * (lfm["samples"] + 1) // 2, 12 * 12
+        self.assertEqual(lfm["resampled_bytes"], 3 * lfm["triangles"] * samples * cells)
+        self.assertEqual(lfm["map_bytes"]["mean"], 3 * lfm["triangles"] * samples)
+        self.assertEqual(lfm["map_bytes"]["surface"], 3 * 3 * lfm["triangles"] * samples)
+        self.assertEqual(lfm["map_bytes"]["view"], 3 * 3 * lfm["vertices"] * cells)
+        self.assertEqual(len(lfm["rms"]), 4)
+        self.assertLess(lfm["rms"][3], lfm["rms"][0])
+        small = succeed("lightfield", "build", "lfm", self.views, "-o", self.folder / "small.lfm", "--view-size", "12",
+                        "--triangles", "60", "--samples", "8", "--terms", "2", "--vq", "4", "--s3tc")
+        self.assertLessEqual(small["triangles"], 60)
+        self.assertLess(small["map_bytes"]["all"], lfm["map_bytes"]["all"] / 4)
+
+    def test_a_chart_sweeps_the_knobs_of_a_light_field(self):
+        report = succeed("chart", self.folder / "ball.lfm", self.views, "--knob", "terms=3,0", "--knob", "samples=2,1",
+                         "-o", self.folder / "chart", "--frames", "2", "--timed-frames", "1", "--rounds", "1")
+        self.assertEqual(len(report["points"]), 4)
+        self.assert_refused("samples", "chart", self.folder / "ball.lfm", self.views, "--knob", "samples=9", "-o",
+                            self.folder / "none")
+
+    def test_simplified_geometry_is_reported_with_its_ghosts(self):
+        rough = succeed("lightfield", "build", "lumigraph", self.views, "-o", self.folder / "rough.lum", "--texels", 100000,
+                        "--st", "2", "--triangles", "100")
+        errors = rough["depth_errors"]
+        self.assertLessEqual(rough["depth_triangles"], 100)
+        self.assertTrue(0 < errors["mean"] < errors["worst"] < 2)
+        self.assertTrue(0 < errors["mean_offset_texels"] < errors["worst_offset_texels"])
+        self.assertIsNone(self.reports["lumigraph"]["depth_errors"])
+        self.assertEqual(self.reports["lumigraph"]["black_pictures"], 0)
+
     def test_held_out_views_are_met_by_every_model(self):
         packed = self.folder / "ball.srf"
         succeed("pack", self.views, "-o", packed, "--surfels", "4000")
@@ -91,9 +123,9 @@ class LightField(TestInFolder):
         scores = [row["psnr_linear_db"] for row in rows]
         self.assertEqual([row["name"] for row in rows], [str(packed), *map(str, self.models), "nearest view"])
         self.assertGreater(min(scores), 25)  # wrong cameras or mirrored textures give less than 20
-        self.assertEqual([len(row["frames"]) for row in rows], [4] * 4)
+        self.assertEqual([len(row["frames"]) for row in rows], [4] * 5)
         self.assertGreater(rows[1]["passes"], 0)
-        self.assertNotIn("bytes", rows[3])
+        self.assertNotIn("bytes", rows[4])
         self.assert_refused("no nearest view", "lightfield", "compare", self.models[0], "--views", self.views, "--nearest")
 
     def test_evaluate_and_compare_agree(self):
@@ -122,7 +154,8 @@ class LightField(TestInFolder):
 
     def test_the_same_build_gives_the_same_bytes_for_any_number_of_threads(self):
         for kind, model, options in (("slf", self.models[0], ["--regions", "30"]),
-                                     ("lumigraph", self.models[1], ["--like", self.models[0], "--st", "5"])):
+                                     ("lumigraph", self.models[1], ["--like", self.models[0], "--st", "5"]),
+                                     ("lfm", self.models[2], ["--view-size", "12"])):
             again = self.folder / f"again.{kind}"
             succeed("lightfield", "build", kind, self.views, "-o", again, *options, "--threads", "1")
             self.assert_same_files(content(again), content(model))
@@ -148,7 +181,7 @@ class LightField(TestInFolder):
         for file in self.views.iterdir():
             if file.name != "transforms.json":
                 (shutil.copytree if file.is_dir() else shutil.copy)(file, self.folder / "held" / file.name)
-        for kind in ("slf", "lumigraph"):
+        for kind in ("slf", "lumigraph", "lfm"):
             self.assert_refused("training frames", "lightfield", "build", kind, self.folder / "held", *out)
 
 

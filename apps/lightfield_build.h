@@ -1,0 +1,32 @@
+// Parts that the builders of all kinds of light fields share.
+#pragma once
+
+#include "apps/capture_argument.h"
+#include "apps/command.h"
+#include "render/lightfield/common/views.h"
+#include "surfel/base/progress.h"
+
+#include <cstdint>
+#include <string>
+
+namespace surflect {
+
+struct BuildArguments {
+  CaptureArgument views;
+  std::string mesh, output;
+
+  // Reads the views, and refuses an output folder that cannot be a light field's.
+  lightfield::Views read(const Progress& progress) const;
+};
+
+void addBuildArguments(CLI::App& command, BuildArguments& arguments);
+
+// Prints how capture and mesh were understood.
+void sayNotes(const lightfield::Views& views);
+
+std::string mebibytes(uint64_t bytes);
+
+// `lightfield build lfm`.
+void addLightFieldMaps(CLI::App& build, CommandWork& work);
+
+} // namespace surflect

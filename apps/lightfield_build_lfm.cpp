@@ -1,0 +1,159 @@
+#include "apps/lightfield_build.h"
+#include "apps/option_values.h"
+#include "apps/terminal.h"
+#include "render/lightfield/lfm/build.h"
+#include "render/lightfield/lfm/codebook_maps.h"
+#include "render/lightfield/lfm/lfm_file.h"
+#include "render/lightfield/lfm/resolution.h"
+#include "render/lightfield/lfm/tile.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/memory_use.h"
+#include "surfel/base/stopwatch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace surflect {
+
+namespace {
+
+struct Arguments {
+  BuildArguments common;
+  size_t triangles = 0;
+  lfm::BuildOptions options{.samples = 0};
+  double codebookRatio = 1; // maps for each that is stored
+  bool s3tc = false;
+};
+
+// Bytes of the training views' pictures.
+uint64_t pictureBytes(const lightfield::Views& views) {
+  uint64_t bytes = 0;
+  for (const size_t view : views.ofSplit(capture::Split::train)) {
+    std::error_code failure;
+    const uint64_t size = std::filesystem::file_size(views.picture(view), failure);
+    if (!failure) bytes += size;
+  }
+  return bytes;
+}
+
+double ratio(uint64_t whole, size_t part) {
+  return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 0;
+}
+
+Json runLfm(const Arguments& arguments, const Progress& progress) {
+  const Stopwatch watch;
+  const std::filesystem::path output = arguments.common.output;
+  lightfield::Views views = arguments.common.read(progress);
+  sayNotes(views);
+  lfm::BuildOptions options = arguments.options;
+  lfm::Resolution resolution = lfm::resolutionFor(views, arguments.triangles, options.samples);
+  options.samples = resolution.samples;
+  views.replaceMesh(std::move(resolution.mesh), progress);
+  lfm::BuildReport report;
+  lfm::LightFieldMaps built = lfm::build(views, options, report, progress);
+  Stopwatch compression;
+  if (arguments.codebookRatio > 1)
+    built = lfm::withCodebooks(built, {.ratio = arguments.codebookRatio}, progress);
+  if (arguments.s3tc) built = lfm::encoded(std::move(built));
+  report.seconds["compression"] = compression.seconds();
+  lfm::writeMaps(built, views.capture(), output, progress);
+  const lfm::MapBytes maps = lfm::bytesOf(built);
+  std::vector<double> rms;
+  for (const lfm::FactorError& error : report.errors) rms.push_back(error.rms() / report.white);
+  const uint64_t photographBytes = pictureBytes(views);
+  const double unseen =
+      static_cast<double>(report.unseenRows) / static_cast<double>(std::max<size_t>(1, report.rows));
+  say(fmt::format("{} triangles of {} samples along an edge, {} vertices with {:.1f} terms on average",
+                  built.mesh.triangles.size(), options.samples, report.vertices, report.meanTerms));
+  if (unseen > 0)
+    say(fmt::format("{:.1f} % of the surface and {} vertices are seen by no photograph: filled from around",
+                    100 * unseen, report.unseenVertices));
+  say(fmt::format("error {:.2f} % of white with no term, {:.2f} % with all", 100 * rms.front(),
+                  100 * rms.back()));
+  say(fmt::format("{}: maps of {}, {:.0f} times smaller than the resampled light field and {:.0f} times "
+                  "than the photographs' files; {:.1f} s",
+                  arguments.common.output, mebibytes(maps.total()),
+                  ratio(report.resampledBytes, maps.total()), ratio(photographBytes, maps.total()),
+                  watch.seconds()));
+  return {{"format", "lfm"},
+          {"photographs", report.photographs},
+          {"triangles", built.mesh.triangles.size()},
+          {"vertices", report.vertices},
+          {"samples", options.samples},
+          {"white", report.white},
+          {"mean_terms", report.meanTerms},
+          {"rms", rms},
+          {"unseen_share", unseen},
+          {"unseen_vertices", report.unseenVertices},
+          {"photograph_bytes", photographBytes},
+          {"normalized_bytes", report.normalizedBytes},
+          {"resampled_bytes", report.resampledBytes},
+          {"map_bytes",
+           {{"surface", maps.surface},
+            {"view", maps.view},
+            {"mean", maps.mean},
+            {"indices", maps.indices},
+            {"scales", maps.scales},
+            {"all", maps.total()}}},
+          {"compression", ratio(report.resampledBytes, maps.total())},
+          {"bytes", bytesIn(output)},
+          {"seconds", report.seconds},
+          {"memory_peak_bytes", memoryUse().peakBytes}};
+}
+
+} // namespace
+
+void addLightFieldMaps(CLI::App& build, CommandWork& work) {
+  auto arguments = std::make_shared<Arguments>();
+  lfm::BuildOptions& options = arguments->options;
+  CLI::App* command = build.add_subcommand("lfm", "light field maps: products of surface maps and view maps");
+  command->footer("Example: surflect lightfield build lfm views/ -o vase.lfm --terms 3 --vq 8 --s3tc");
+  addBuildArguments(*command, arguments->common);
+  command
+      ->add_option("--triangles", arguments->triangles,
+                   "simplify the mesh to so many; default: 300 pixels of a photograph for each")
+      ->check(CLI::Range(size_t{4}, size_t{1} << 31));
+  command
+      ->add_option("--samples", options.samples,
+                   "samples along an edge of a triangle; default: as fine as the photographs")
+      ->check(CLI::Range(2, 256));
+  command->add_option("--view-size", options.viewSize, "cells of a view map along each side")
+      ->capture_default_str()
+      ->check(CLI::Range(lfm::kLeastViewSize, lfm::kLargestViewSize));
+  command->add_option("--terms", options.terms, "products for each vertex, at most")
+      ->capture_default_str()
+      ->check(CLI::Range(size_t{0}, lfm::kMostTerms));
+  command
+      ->add_option("--tolerance", options.tolerance,
+                   "no more terms than this RMS error takes, relative to white; at most --terms")
+      ->check(finiteIn(1e-6, 1));
+  command
+      ->add_option("--method", options.method,
+                   "pca: a mean and signed maps, the strongest first; nmf: maps without negative values")
+      ->option_text("pca or nmf")
+      ->transform(CLI::Transformer(
+          std::map<std::string, lfm::Method>{{"pca", lfm::Method::pca}, {"nmf", lfm::Method::nmf}}));
+  command
+      ->add_option("--visible", options.visible,
+                   "photographs of a surface sample: those that see it, or that see its whole triangle")
+      ->option_text("sample or triangle")
+      ->transform(CLI::Transformer(std::map<std::string, lfm::Visible>{
+          {"sample", lfm::Visible::sample}, {"triangle", lfm::Visible::triangle}}));
+  command
+      ->add_option("--vq", arguments->codebookRatio,
+                   "vector quantisation: so many maps for each that is stored")
+      ->check(finiteIn(1, 1e6));
+  command->add_flag("--s3tc", arguments->s3tc, "store maps as S3TC (DXT1) blocks, which the GPU reads");
+  setWork(*command, work, "run it again to build from the start",
+          [arguments](const Progress& progress) { return runLfm(*arguments, progress); });
+}
+
+} // namespace surflect

@@ -1,0 +1,10 @@
+# libsquish has no CMake package.
+find_path(SQUISH_INCLUDE_DIR squish.h)
+find_library(SQUISH_LIBRARY squish)
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Squish REQUIRED_VARS SQUISH_INCLUDE_DIR SQUISH_LIBRARY)
+if(Squish_FOUND AND NOT TARGET Squish::squish)
+  add_library(Squish::squish INTERFACE IMPORTED)
+  target_include_directories(Squish::squish SYSTEM INTERFACE "${SQUISH_INCLUDE_DIR}")
+  target_link_libraries(Squish::squish INTERFACE "${SQUISH_LIBRARY}")
+endif()

@@ -1,0 +1,58 @@
+// Vertex light field matrices as plain matrices of numbers, in the form that their factorisation needs.
+//
+// Rows and columns without an observed entry are left out. Colours of a column are planes: column c of cell n
+// is number c x stride + n, so that all colours share the weights of their entry.
+#pragma once
+
+#include "render/lightfield/lfm/factors.h"
+#include "surfel/math/padded_rows.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace surflect::lfm {
+
+// Samples and cells with an observed entry.
+struct Observed {
+  std::vector<uint32_t> samples, cells;
+  float largestWeight = 0;
+  bool isUniform = true; // all entries of these samples and cells have the same weight
+};
+
+// Throws Error if sizes do not fit, or a weight is negative or not finite.
+Observed observedOf(const LightFieldMatrix& matrix);
+
+// Weight of an entry; 0 if one of its colours is not finite.
+float weightOf(const LightFieldMatrix& matrix, size_t sample, size_t cell);
+
+struct ArrangedMatrix {
+  size_t planes = 1, stride = 0;            // columns: planes x stride, stride >= #cells; 0 beyond the cells
+  size_t cells = 0;                         // observed
+  PaddedRows<float> values{0, 0};           // [rows][planes x stride]; 0 where not observed
+  std::optional<PaddedRows<float>> weights; // [rows][cells], 0..1; none if all are 1
+
+  ArrangedMatrix copy() const;
+  size_t rows() const { return values.rows(); }
+  float* plane(size_t row, size_t c) { return values.row(row) + c * stride; }
+  const float* plane(size_t row, size_t c) const { return values.row(row) + c * stride; }
+};
+
+// Matrix number `part` of a layout: 0, or 0..2 for rgb. Its rows are the observed samples; with scalarView
+// each of them is three rows.
+ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed, ColorLayout layout,
+                        size_t part);
+
+// Factors of an arranged matrix: values ~ mean + U V'.
+struct PlainFactors {
+  PaddedRows<float> surface{0, 0}; // U [rows][terms]
+  PaddedRows<float> view{0, 0};    // V [planes x stride][terms]
+  std::vector<float> mean;         // [rows][planes]; empty if none was taken out
+  size_t terms() const { return surface.columns(); }
+};
+
+// Sum of weighted squared errors after 0, 1, ... terms, over the matrix.
+std::vector<double> squaredErrors(const ArrangedMatrix& matrix, const PlainFactors& factors);
+
+} // namespace surflect::lfm

@@ -1,0 +1,78 @@
+#include "render/lightfield/lfm/codebook_maps.h"
+
+#include "render/lightfield/lfm/map_shape.h"
+#include "render/lightfield/lfm/quantization.h"
+#include "surfel/base/error.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::lfm {
+
+namespace {
+
+uint8_t byteOf(Method method, float value) {
+  return method == Method::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
+}
+
+// Codebook for the maps of all users whose weight is above 0. `method` tells how bytes are read.
+MapTable codebookTable(const MapTable& table, const MapShape& shape, Method method,
+                       std::span<const float> weightOf, const MapCodebookOptions& options,
+                       const Progress& progress) {
+  assert(table.maps.coding == Coding::bytes);
+  std::vector<uint32_t> users;
+  std::vector<float> values, weights;
+  for (uint32_t user = 0; user < table.mapOf.size(); ++user) {
+    if (table.mapOf[user] == kNoMap || !(weightOf[user] > 0)) continue;
+    users.push_back(user);
+    weights.push_back(weightOf[user]);
+    for (const uint8_t byte :
+         std::span(table.maps.data).subspan(table.mapOf[user] * shape.bytes(), shape.bytes()))
+      values.push_back(static_cast<float>(valueOf(method, byte)));
+  }
+  MapTable result;
+  result.mapOf.assign(table.mapOf.size(), kNoMap);
+  if (users.empty()) return result;
+  CodebookOptions bounds;
+  bounds.start = options.start;
+  bounds.distortion = options.distortion;
+  if (options.ratio > 0)
+    bounds.codewords = static_cast<size_t>(std::ceil(static_cast<double>(users.size()) / options.ratio));
+  const Codebook codebook = codebookOf({shape.bytes(), values, weights}, bounds, progress);
+  result.maps.count = codebook.size();
+  for (const float value : codebook.codewords) result.maps.data.push_back(byteOf(method, value));
+  for (size_t i = 0; i < users.size(); ++i) result.mapOf[users[i]] = codebook.indices[i];
+  return result;
+}
+
+} // namespace
+
+LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOptions& options,
+                             const Progress& progress) {
+  if (!(options.ratio > 0 || options.distortion > 0))
+    throw Error("neither a ratio nor a distortion above 0").at("codebooks");
+  LightFieldMaps result = maps;
+  result.layout = SurfaceLayout::scalar;
+  for (Term& term : result.terms) {
+    if (maps.layout == SurfaceLayout::packed) term.surface = scalarTable(term.surface, maps.samples);
+    std::vector<float> surfaceWeights, viewWeights;
+    for (const auto& triangle : maps.mesh.triangles)
+      for (const uint32_t vertex : triangle)
+        surfaceWeights.push_back(term.scale[vertex] * term.scale[vertex]);
+    for (const float scale : term.scale) viewWeights.push_back(scale * scale);
+    term.surface =
+        codebookTable(term.surface, surfaceShape(result), maps.method, surfaceWeights, options, progress);
+    term.view = codebookTable(term.view, viewShape(result), maps.method, viewWeights, options, progress);
+  }
+  if (options.mean && maps.method == Method::pca)
+    result.mean = codebookTable(maps.mean, meanShape(maps), Method::nmf, // unsigned
+                                std::vector<float>(maps.mean.mapOf.size(), 1), options, progress);
+  return result;
+}
+
+} // namespace surflect::lfm

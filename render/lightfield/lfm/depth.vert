@@ -1,0 +1,4 @@
+#version 450 core
+#include "position.glsl"
+
+void main() { place(); }

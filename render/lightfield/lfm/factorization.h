@@ -1,0 +1,44 @@
+// Factorisation of vertex light field matrices into surface maps and view maps.
+//
+// [Chen et al. 2002, §2.2, Appendix]; symbols as in factors.h.
+//
+// PCA: the mean over cells of each row is taken out, the rest is a truncated singular value decomposition.
+// Terms are orthogonal, the strongest first, and progressive: the first k of K are those of k alone.
+// NMF: all factors are >= 0, there is no mean, and terms are not progressive.
+//
+// Entries that were not observed count in no error. If they are whole rows or columns, PCA leaves these out;
+// else it is fitted to the observed entries by alternating least squares, whose terms are progressive only
+// nearly.
+#pragma once
+
+#include "render/lightfield/lfm/factors.h"
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace surflect::lfm {
+
+enum class FactorMethod { pca, nmf };
+
+struct FactorizationOptions {
+  FactorMethod method = FactorMethod::pca;
+  ColorLayout layout = ColorLayout::scalarSurface;
+  size_t terms = 3;           // at most so many
+  double tolerance = 0;       // RMS error in radiance: no more terms than it takes; 0: as many as `terms`
+  size_t mostIterations = 60; // of NMF, and of PCA with missing entries
+  double convergence = 1e-3;  // iteration ends once the RMS error falls by less than this share in one
+  uint64_t seed = 1;          // of the start of NMF
+};
+
+// Factors of a matrix. There are fewer terms than asked for if the matrix has no more (a constant matrix has
+// none after its mean), up to rounding error. View maps and surface maps of a term have the same largest
+// absolute value, which makes the larger error of their quantisation least [Chen et al. 2002, Appendix].
+//
+// Entries with a colour that is not finite are not observed. Rows and columns without an observed entry are
+// projected: their factors fit the values given there, not finite ones as 0.
+// Throws Error if a weight is negative or not finite, or if NMF is given negative radiance; Cancelled.
+Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options = {},
+                   const Progress& progress = {});
+
+} // namespace surflect::lfm

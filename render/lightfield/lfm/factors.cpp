@@ -1,0 +1,56 @@
+#include "render/lightfield/lfm/factors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect::lfm {
+
+namespace {
+
+// mean + sum_k u_k v_k of a sample in all cells and colours  [Chen et al. 2002, Eq. 5].
+void productOf(const Factors& factors, size_t terms, size_t sample, std::span<float> row) {
+  const size_t us = surfaceChannels(factors.layout), vs = viewChannels(factors.layout);
+  for (size_t i = 0; i < row.size(); ++i)
+    row[i] = factors.mean.empty() ? 0 : factors.mean[3 * sample + i % 3];
+  for (size_t k = 0; k < std::min(terms, factors.terms.size()); ++k) {
+    const float* const u = factors.terms[k].surface.data() + us * sample;
+    const float* const v = factors.terms[k].view.data();
+    for (size_t cell = 0; cell < factors.cells; ++cell)
+      for (size_t c = 0; c < 3; ++c) row[3 * cell + c] += u[c % us] * v[vs * cell + c % vs];
+  }
+}
+
+} // namespace
+
+std::vector<float> product(const Factors& factors, size_t terms) {
+  const size_t width = 3 * factors.cells;
+  std::vector<float> radiance(factors.samples * width);
+  for (size_t sample = 0; sample < factors.samples; ++sample)
+    productOf(factors, terms, sample, std::span(radiance).subspan(sample * width, width));
+  return radiance;
+}
+
+double FactorError::rms() const { return weight > 0 ? std::sqrt(squares / weight) : 0; }
+
+FactorError errorOf(const Factors& factors, size_t terms, const LightFieldMatrix& matrix) {
+  FactorError error;
+  std::vector<float> row(3 * factors.cells);
+  for (size_t sample = 0; sample < factors.samples; ++sample) {
+    productOf(factors, terms, sample, row);
+    for (size_t cell = 0; cell < factors.cells; ++cell) {
+      const size_t entry = sample * factors.cells + cell;
+      const double weight = matrix.weights.empty() ? 1 : matrix.weights[entry];
+      double squares = 0;
+      for (size_t c = 0; c < 3; ++c) {
+        const double difference = double{matrix.radiance[3 * entry + c]} - double{row[3 * cell + c]};
+        squares += difference * difference;
+      }
+      if (!(weight > 0) || !std::isfinite(squares)) continue;
+      error.squares += weight * squares;
+      error.weight += 3 * weight;
+    }
+  }
+  return error;
+}
+
+} // namespace surflect::lfm

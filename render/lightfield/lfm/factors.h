@@ -1,0 +1,61 @@
+// Factors of a vertex light field: a sum of products of surface maps and view maps.
+//
+// [Chen et al. 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
+// Hardware Rendering of Surface Light Fields.
+//
+//   F ~ mean + sum_k u_k v_k'   [Chen et al. 2002, Eq. 5]
+//   F    vertex light field matrix: radiance at surface samples (rows) in cells of view directions (columns)
+//   u_k  surface map: a number, or RGB, for each sample
+//   v_k  view map: RGB, or a number, for each cell
+//   M, N numbers of samples and of cells
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace surflect::lfm {
+
+// Which maps have three channels. The matrix that is factorised follows from it.
+enum class ColorLayout {
+  scalarSurface, // surface maps have one channel, view maps have three: a matrix M x 3N
+  scalarView,    // surface maps have three, view maps one: 3M x N
+  rgb            // both have three: each colour is factorised for itself, three matrices M x N
+};
+
+constexpr size_t surfaceChannels(ColorLayout layout) { return layout == ColorLayout::scalarSurface ? 1 : 3; }
+constexpr size_t viewChannels(ColorLayout layout) { return layout == ColorLayout::scalarView ? 1 : 3; }
+
+// Vertex light field matrix F. An entry is a sample in a cell, with its three colours.
+struct LightFieldMatrix {
+  size_t samples = 0, cells = 0;
+  std::span<const float> radiance; // [samples][cells][3]
+  std::span<const float> weights;  // [samples][cells], >= 0; 0 where nothing was observed. Empty: all are 1
+};
+
+struct FactorTerm {
+  std::vector<float> surface; // u_k [samples][surfaceChannels]
+  std::vector<float> view;    // v_k [cells][viewChannels]
+};
+
+struct Factors {
+  ColorLayout layout = ColorLayout::scalarSurface;
+  size_t samples = 0, cells = 0;
+  std::vector<float> mean; // the mean view [samples][3]; empty if none was taken out
+  std::vector<FactorTerm> terms;
+};
+
+// The mean and the first `terms` terms, or all if there are fewer, multiplied out: [samples][cells][3].
+std::vector<float> product(const Factors& factors, size_t terms);
+
+// Errors are summed over observed entries, so that those of several vertices can be added.
+struct FactorError {
+  double squares = 0; // sum of weight x squared error, over the entries and their three colours
+  double weight = 0;  // sum of weights, each counted for three colours
+  double rms() const;
+};
+
+// Error of the first `terms` terms. Entries that are not finite are not observed.
+FactorError errorOf(const Factors& factors, size_t terms, const LightFieldMatrix& matrix);
+
+} // namespace surflect::lfm

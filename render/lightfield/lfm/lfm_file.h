@@ -1,0 +1,52 @@
+// Light field maps on disk: a folder of light_field_folder.h, of format "surflect light field maps", with
+//
+// maps.bin, all numbers little-endian:
+//
+//   - the text "lfm maps"
+//   - 8 bytes each: vertices, triangles, method, layout, samples, view size, terms; coding of surface maps,
+//     of view maps and of the mean
+//   - a float: radiance of byte 255 of the mean
+//   - for each vertex 6 floats: its x axis, its z axis
+//   - for each term: scale of each vertex (float), table of surface maps, table of view maps
+//   - table of mean maps
+//
+// A table has the number of its maps (8 bytes); 1 if users' maps follow, else 0 (8 bytes); where they do,
+// the map of each user (indexBytes(); all bits 1: none); and the data of the maps.
+#pragma once
+
+#include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/lfm/maps.h"
+#include "srf/capture/capture.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/mesh.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace surflect::lfm {
+
+inline constexpr const char* kFormatTag = "surflect light field maps";
+inline constexpr int kFormatVersion = 1;
+inline constexpr const char* kMapsFile = "maps.bin";
+
+// Content of maps.bin.
+std::vector<std::byte> mapsBytes(const LightFieldMaps& maps);
+// Reads the content of maps.bin for a mesh. Throws Error naming the field for bytes that are no such file.
+LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh);
+
+// Writes a folder, which must be missing, empty or a light field. The capture's training views are those that
+// the maps were made of. Throws Error and Cancelled.
+void writeMaps(const LightFieldMaps& maps, const capture::Capture& capture,
+               const std::filesystem::path& folder, const Progress& progress = {});
+
+struct OpenedMaps {
+  lightfield::LightFieldFolder folder;
+  LightFieldMaps maps;
+};
+// Reads a folder. Throws Error with file and field for one that is damaged or of another format, and
+// Cancelled.
+OpenedMaps openMaps(const std::filesystem::path& folder, const Progress& progress = {});
+
+} // namespace surflect::lfm

@@ -1,0 +1,54 @@
+// Bytes of single maps, before tiles are made of them.
+#pragma once
+
+#include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/lfm/patch_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace surflect::lfm {
+
+struct MapShape {
+  enum class Kind { patch, view };
+  Kind kind = Kind::patch;
+  int size = 0;     // samples along a triangle's edge, or cells along a side
+  int channels = 3; // bytes of a sample
+
+  size_t texels() const {
+    const auto side = static_cast<size_t>(size);
+    return kind == Kind::patch ? PatchGrid::samples(size) : side * side;
+  }
+  size_t bytes() const { return static_cast<size_t>(channels) * texels(); } // of a map
+};
+
+inline MapShape surfaceShape(const LightFieldMaps& maps) {
+  return {MapShape::Kind::patch, maps.samples, maps.layout == SurfaceLayout::packed ? 3 : 1};
+}
+inline MapShape viewShape(const LightFieldMaps& maps) { return {MapShape::Kind::view, maps.viewSize, 3}; }
+inline MapShape meanShape(const LightFieldMaps& maps) { return {MapShape::Kind::patch, maps.samples, 3}; }
+
+// Value of a byte of a surface or view map; quantization.h has the inverse.
+inline double valueOf(Method method, uint8_t byte) {
+  return method == Method::pca ? std::max(static_cast<int8_t>(byte) / 127.0, -1.0) : byte / 255.0;
+}
+
+// Byte of a mean map whose radiance is nearest; half a step of its code is at most 1 / 510.
+inline uint8_t meanByte(double radiance, double white) {
+  const double code = std::sqrt(std::clamp(radiance / white, 0.0, 1.0));
+  return static_cast<uint8_t>(std::lround(255 * code));
+}
+
+// Maps of bytes with the users' sizes and nothing in them: each user has a map of its own.
+LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
+                         int viewSize, size_t terms);
+
+// Table of the scalar layout for one that is packed: each corner has a map of its own, turned so that the
+// corner comes first. Equal surfaces then have equal maps, whichever corner the triangle starts at.
+MapTable scalarTable(const MapTable& packed, int samples);
+
+} // namespace surflect::lfm

@@ -1,0 +1,100 @@
+// Light field maps: a surface light field as a sum of products of maps of places and maps of directions.
+//
+// [Chen et al. 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
+// Hardware Rendering of Surface Light Fields.
+//
+//   radiance(p, d) = mean(p) + sum over terms k, over corners v of p's triangle, of s_vk g_vk(p) h_vk(d)
+//                                                                      [Chen et al. 2002, Eqs. 3 and 6]
+//   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h), the
+//      corner's hat function included
+//   h  view map of a vertex: RGB for each cell of a square grid around the disc of directions. Centre of cell
+//      (x, y): ((x + 0.5) / size, (y + 0.5) / size) as discPoint() has it
+//   s  scale of a vertex and term; g and h are within -1..1
+//
+// All radiance is linear; sums below 0 are black. Between samples g and the mean's code are interpolated
+// linearly (blendAt()), h bilinearly between cell centres, constant beyond the outermost.
+//
+// Sizes: 3 bytes for each texel of a view map, 3 for each sample of a triangle and term (one for each
+// corner).
+#pragma once
+
+#include "render/lightfield/lfm/vertex_frame.h"
+#include "surfel/geometry/mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect::lfm {
+
+enum class Method {
+  pca, // maps are signed: bytes are int8_t, value max(byte / 127, -1); the mean is taken out
+  nmf  // maps are positive: value byte / 255; there is no mean
+};
+
+enum class SurfaceLayout {
+  packed, // a map has the surface maps of all three corners of a triangle, in red, green and blue
+  scalar  // each corner has a map of its own, whose samples count as if the corner were the first
+};
+
+// One for all surface maps, one for all view maps, and one for the mean.
+enum class Coding {
+  bytes, // maps one after another. Surface maps: bytes of a sample together; view maps: row by row, RGB
+  dxt1   // tiles (tile.h) one after another, as blocks of 8 bytes (s3tc.h); signed bytes plus 128
+};
+
+// Maps of equal size.
+struct MapSet {
+  Coding coding = Coding::bytes;
+  size_t count = 0; // maps
+  std::vector<uint8_t> data;
+};
+
+// Maps, and the map of each user; as many maps as users, or a codebook.
+struct MapTable {
+  MapSet maps;
+  std::vector<uint32_t> mapOf;
+};
+
+inline constexpr uint32_t kNoMap = UINT32_MAX; // a map of zeros
+
+// One approximation term.
+struct Term {
+  MapTable surface;         // users: triangles if packed, else corners: 3 * triangle + corner
+  MapTable view;            // users: vertices
+  std::vector<float> scale; // by vertex; 0 where the vertex has fewer terms
+};
+
+struct LightFieldMaps {
+  TriangleMesh mesh;               // vertices at one position are one vertex
+  std::vector<VertexFrame> frames; // by vertex
+  Method method = Method::pca;
+  SurfaceLayout layout = SurfaceLayout::packed;
+  int samples = 24;  // along a triangle's edge
+  int viewSize = 32; // cells of a view map along each side
+  std::vector<Term> terms;
+  MapTable mean; // users: triangles; RGB of each sample: radiance meanWhite (byte / 255)^2. None for NMF
+  float meanWhite = 1; // radiance of byte 255
+};
+
+inline constexpr int kLeastViewSize = 2, kLargestViewSize = 256;
+inline constexpr size_t kMostTerms = 64;
+
+// Bytes of the maps as they are stored, without mesh and frames.
+struct MapBytes {
+  size_t surface = 0, view = 0, mean = 0;
+  size_t indices = 0; // of codebooks, indexBytes() for each user; 0 where each user has a map of its own
+  size_t scales = 0;
+  size_t total() const { return surface + view + mean + indices + scales; }
+};
+MapBytes bytesOf(const LightFieldMaps& maps);
+
+// Bytes of the index of a user: 2 if that is enough for all maps and kNoMap, else 4.
+inline size_t indexBytes(const MapTable& table) { return table.maps.count < UINT16_MAX ? 2 : 4; }
+// Whether user i has map i.
+bool isIdentity(const MapTable& table);
+
+// Throws Error naming the field unless sizes, indices and numbers fit together.
+void requireComplete(const LightFieldMaps& maps);
+
+} // namespace surflect::lfm

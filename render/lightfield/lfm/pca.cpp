@@ -1,0 +1,74 @@
+#include "render/lightfield/lfm/pca.h"
+
+#include "surfel/math/leading_svd.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace surflect::lfm {
+
+namespace {
+
+// What is left of a matrix after its mean counts as rounding error below this share of its root mean square.
+constexpr double kRounding = 1e-6;
+
+double squaresOf(const ArrangedMatrix& matrix) {
+  double squares = 0;
+  for (size_t row = 0; row < matrix.rows(); ++row) {
+    double sum = 0;
+    for (size_t i = 0; i < matrix.values.columns(); ++i)
+      sum += double{matrix.values.row(row)[i]} * double{matrix.values.row(row)[i]};
+    squares += sum;
+  }
+  return squares;
+}
+
+float weightAt(const ArrangedMatrix& matrix, size_t row, size_t cell) {
+  return matrix.weights ? matrix.weights->row(row)[cell] : 1.0f;
+}
+
+PaddedRows<float> scaledColumns(const PaddedRows<float>& columns, const std::vector<double>& squares) {
+  PaddedRows<float> result(columns.rows(), columns.columns());
+  for (size_t i = 0; i < result.rows(); ++i)
+    for (size_t k = 0; k < result.columns(); ++k)
+      result.row(i)[k] = static_cast<float>(columns.row(i)[k] * std::sqrt(squares[k]));
+  return result;
+}
+
+} // namespace
+
+std::vector<float> takeMean(ArrangedMatrix& matrix) {
+  std::vector<float> mean(matrix.rows() * matrix.planes);
+  for (size_t row = 0; row < matrix.rows(); ++row)
+    for (size_t c = 0; c < matrix.planes; ++c) {
+      float* const values = matrix.plane(row, c);
+      double sum = 0, weights = 0;
+      for (size_t n = 0; n < matrix.cells; ++n) {
+        const double weight = weightAt(matrix, row, n);
+        sum += weight * double{values[n]};
+        weights += weight;
+      }
+      const float ofRow = mean[row * matrix.planes + c] = static_cast<float>(sum / weights);
+      for (size_t n = 0; n < matrix.cells; ++n)
+        if (weightAt(matrix, row, n) > 0) values[n] -= ofRow;
+    }
+  return mean;
+}
+
+PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double tolerated) {
+  TruncatedSvd<float> svd = leadingSvd(values, terms, tolerated);
+  return {scaledColumns(svd.left, svd.energies), std::move(svd.right), {}};
+}
+
+PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms, double tolerated) {
+  matrix.weights.reset();
+  const double rounding = kRounding * kRounding * squaresOf(matrix);
+  std::vector<float> mean = takeMean(matrix);
+  PlainFactors factors = leadingTerms(matrix.values, terms, std::max(tolerated, rounding));
+  factors.mean = std::move(mean);
+  return factors;
+}
+
+} // namespace surflect::lfm

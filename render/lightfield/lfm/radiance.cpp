@@ -1,0 +1,94 @@
+#include "render/lightfield/lfm/radiance.h"
+
+#include "render/lightfield/lfm/map_shape.h"
+#include "render/lightfield/lfm/patch_blend.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace surflect::lfm {
+
+namespace {
+
+using Color = Vec3<double>;
+
+const uint8_t* mapOf(const MapSet& maps, const MapShape& shape, uint32_t map) {
+  assert(maps.coding == Coding::bytes);
+  return &maps.data[map * shape.bytes()];
+}
+
+} // namespace
+
+Color surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place) {
+  const PatchGrid grid(maps.samples);
+  const MapShape shape = surfaceShape(maps);
+  const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
+  Color sum = Color::Zero();
+  for (size_t corner = 0; corner < 3; ++corner) {
+    const bool isPacked = maps.layout == SurfaceLayout::packed;
+    const uint32_t map = term.surface.mapOf[isPacked ? place.triangle : 3 * place.triangle + corner];
+    if (map == kNoMap) continue;
+    const uint8_t* values = mapOf(term.surface.maps, shape, map);
+    for (size_t i = 0; i < 3; ++i) {
+      const size_t sample = isPacked ? 3 * grid.index(blend.places[i]) + corner
+                                     : grid.index(turned(maps.samples, blend.places[i], corner));
+      sum[static_cast<Eigen::Index>(corner)] += blend.weights[i] * valueOf(maps.method, values[sample]);
+    }
+  }
+  return sum;
+}
+
+Color viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point) {
+  const uint32_t map = term.view.mapOf[vertex];
+  if (map == kNoMap) return Color::Zero();
+  const uint8_t* values = mapOf(term.view.maps, viewShape(maps), map);
+  const int size = maps.viewSize;
+  const double x = std::clamp(point.x() * size - 0.5, 0.0, size - 1.0);
+  const double y = std::clamp(point.y() * size - 0.5, 0.0, size - 1.0);
+  const int x0 = std::min(static_cast<int>(x), size - 2), y0 = std::min(static_cast<int>(y), size - 2);
+  const double a = x - x0, b = y - y0;
+  const auto at = [&](int i, int j) {
+    const uint8_t* rgb =
+        values + 3 * (static_cast<size_t>(j) * static_cast<size_t>(size) + static_cast<size_t>(i));
+    return Color(valueOf(maps.method, rgb[0]), valueOf(maps.method, rgb[1]), valueOf(maps.method, rgb[2]));
+  };
+  return (1 - b) * ((1 - a) * at(x0, y0) + a * at(x0 + 1, y0)) + //
+         b * ((1 - a) * at(x0, y0 + 1) + a * at(x0 + 1, y0 + 1));
+}
+
+Color meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
+  if (maps.mean.mapOf.empty() || maps.mean.mapOf[place.triangle] == kNoMap) return Color::Zero();
+  const PatchGrid grid(maps.samples);
+  const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
+  const uint8_t* values = mapOf(maps.mean.maps, meanShape(maps), maps.mean.mapOf[place.triangle]);
+  Color code = Color::Zero();
+  for (size_t i = 0; i < 3; ++i) {
+    const uint8_t* rgb = values + 3 * grid.index(blend.places[i]);
+    code += blend.weights[i] * Color(rgb[0], rgb[1], rgb[2]) / 255;
+  }
+  return maps.meanWhite * code.cwiseProduct(code);
+}
+
+Color termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
+                const std::array<DiscPoint, 3>& points) {
+  const Color surface = surfaceValues(maps, term, place);
+  Color sum = Color::Zero();
+  for (size_t corner = 0; corner < 3; ++corner) {
+    const uint32_t vertex = maps.mesh.triangles[place.triangle][corner];
+    sum += term.scale[vertex] * surface[static_cast<Eigen::Index>(corner)] *
+           viewValue(maps, term, vertex, points[corner]);
+  }
+  return sum;
+}
+
+Color radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d, size_t terms) {
+  std::array<DiscPoint, 3> points;
+  for (size_t corner = 0; corner < 3; ++corner)
+    points[corner] = discPoint(maps.frames[maps.mesh.triangles[place.triangle][corner]], d);
+  Color sum = meanValue(maps, place);
+  for (size_t k = 0; k < std::min(terms, maps.terms.size()); ++k)
+    sum += termValue(maps, maps.terms[k], place, points);
+  return sum.cwiseMax(0);
+}
+
+} // namespace surflect::lfm

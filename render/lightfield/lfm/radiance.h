@@ -1,0 +1,41 @@
+// Radiance of light field maps at a place of the surface, in double precision: the equations that the OpenGL
+// renderer is measured against.
+#pragma once
+
+#include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/lfm/vertex_frame.h"
+#include "surfel/math/space.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace surflect::lfm {
+
+// Place of a triangle by barycentrics of its corners 1 and 2.
+struct TrianglePlace {
+  size_t triangle = 0;
+  double b = 0, c = 0;
+};
+
+// All maps below must have the coding `bytes`.
+
+// Values of a surface map at a place, of all three corners.  g of maps.h
+Vec3<double> surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place);
+// View map of a vertex at a point of its disc.  h of maps.h
+Vec3<double> viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point);
+// Mean over view directions.
+Vec3<double> meanValue(const LightFieldMaps& maps, const TrianglePlace& place);
+
+// One approximation term: the sum over the triangle's corners of s g h.  [Chen et al. 2002, Eq. 6]
+// points: the direction to the viewer as each corner has it.
+Vec3<double> termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
+                       const std::array<DiscPoint, 3>& points);
+
+// Radiance in the unit direction d to the viewer, by the mean and the first `terms` terms; not below 0.
+// [Chen et al. 2002, Eqs. 3 and 6]
+Vec3<double> radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d,
+                        size_t terms);
+
+} // namespace surflect::lfm

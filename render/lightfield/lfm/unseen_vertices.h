@@ -1,0 +1,26 @@
+// Radiance of vertices whose rings no photograph sees, from the vertices around them.
+#pragma once
+
+#include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/vertex_matrix.h"
+#include "surfel/math/space.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::lfm {
+
+// Mean radiance of a vertex over what photographs see of its ring, weighted by their fades and the hat
+// function; 0 if they see nothing. `rows` are those of the matrix.
+Vec3<float> meanRadiance(const VertexMatrix& matrix, const RingRows& rows);
+
+// Gives each vertex that is not seen the mean of its neighbours that are seen, or were given theirs in an
+// earlier round. Parts of the mesh without a seen vertex stay as they are. radiance, isSeen: #positions.
+void spreadToUnseen(const Rings& rings, std::span<const uint8_t> isSeen, std::span<Vec3<float>> radiance);
+
+// Matrix of a vertex with the same radiance everywhere, which counts as not observed.
+VertexMatrix constantMatrix(const RingRows& rows, size_t cells, const Vec3<float>& radiance);
+
+} // namespace surflect::lfm

@@ -1,0 +1,226 @@
+#include "render/lightfield/lfm/vertex_matrix.h"
+
+#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/view_blend.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <span>
+#include <utility>
+
+namespace surflect::lfm {
+
+namespace {
+
+using Observations = std::vector<Observation>;
+using Photographs = std::vector<uint32_t>;
+
+// Observations of each sample of a triangle, and the photographs that see them all.
+struct Patch {
+  std::vector<Observations> samples;
+  Photographs wholeViews;
+};
+
+Point3<AcquisitionSpace, double> placeOf(const SeenLightField& field, uint32_t triangle, size_t sample) {
+  const Vec3<double> weights = field.patch.barycentrics(sample);
+  Vec3<double> place = Vec3<double>::Zero();
+  for (size_t k = 0; k < 3; ++k)
+    place += weights[static_cast<Eigen::Index>(k)] *
+             field.mesh.positions[field.rings.corners()[triangle][k]].raw().cast<double>();
+  return assume<Point3<AcquisitionSpace, double>>(place);
+}
+
+Photographs photographsOf(const Observations& observations) {
+  Photographs photographs;
+  for (const Observation& observation : observations) photographs.push_back(observation.photograph);
+  return photographs;
+}
+
+Patch patchOf(const SeenLightField& field, uint32_t triangle) {
+  Patch patch;
+  for (size_t sample = 0; sample < field.patch.samples(); ++sample) {
+    const Photographs seen =
+        photographsOf(patch.samples.emplace_back(field.observe(triangle, placeOf(field, triangle, sample))));
+    if (sample == 0) patch.wholeViews = seen;
+    std::erase_if(patch.wholeViews, [&](uint32_t p) { return !std::ranges::binary_search(seen, p); });
+  }
+  if (field.visible == Visible::triangle)
+    for (Observations& observations : patch.samples)
+      std::erase_if(observations, [&](const Observation& o) {
+        return !std::ranges::binary_search(patch.wholeViews, o.photograph);
+      });
+  return patch;
+}
+
+// Observations by either of two triangles that share a point; the first one's where both have one.
+Observations merged(const Observations& first, const Observations& second) {
+  Observations both;
+  std::ranges::set_union(first, second, std::back_inserter(both), {}, &Observation::photograph,
+                         &Observation::photograph);
+  return both;
+}
+
+// Blends for the rows of a vertex. Rows that the same photographs see share a triangulation.
+class RowBlends {
+public:
+  RowBlends(const VertexFrame& frame, const ViewGrid& grid) : frame_(frame), grid_(grid) {}
+
+  std::vector<CellBlend> of(const Observations& observations) {
+    std::vector<DiscPoint> sites;
+    for (const Observation& o : observations) sites.push_back(discPoint(frame_, o.towards.cast<double>()));
+    const auto [shared, isNew] = meshes_.try_emplace(photographsOf(observations));
+    if (isNew) shared->second = siteMesh(sites);
+    return shared->second.holdsFor(sites) ? cellBlends(shared->second, sites, grid_)
+                                          : cellBlends(siteMesh(sites), sites, grid_);
+  }
+
+private:
+  const VertexFrame& frame_;
+  const ViewGrid& grid_;
+  std::map<Photographs, SiteMesh> meshes_;
+};
+
+// Least fade of an observation in each of the blends whose mean is a row. A view that fades out along the
+// surface leaves the blends one after another, so that rows change gradually.
+constexpr std::array kFades{0.6f, 0.3f, 0.1f, 0.01f};
+
+// The clearest observations: those of at least a fade, or the three clearest if these are more.
+Observations clearestOf(const Observations& observations, float leastFade) {
+  std::vector<float> fades;
+  for (const Observation& o : observations) fades.push_back(o.fade);
+  std::ranges::sort(fades, std::greater<>());
+  const float third = fades[std::min<size_t>(2, fades.size() - 1)];
+  Observations clearest;
+  for (const Observation& o : observations)
+    if (o.fade >= std::min(leastFade, third)) clearest.push_back(o);
+  return clearest;
+}
+
+// Adds one blend to a row without its hat function.
+void addBlend(const Observations& observations, std::span<const CellBlend> blends,
+              std::span<const uint8_t> isInDisc, float share, std::span<float> values,
+              std::span<float> weights) {
+  for (size_t cell = 0; cell < blends.size(); ++cell) {
+    const CellBlend& blend = blends[cell];
+    Vec3<float> sum = Vec3<float>::Zero();
+    for (size_t k = 0; k < 3; ++k) sum += blend.weights[k] * observations[blend.sites[k]].radiance;
+    for (size_t c = 0; c < 3; ++c) values[3 * cell + c] += share * sum[static_cast<Eigen::Index>(c)];
+    if (blend.isObserved && isInDisc[cell]) weights[cell] += share;
+  }
+}
+
+// Radiance and weights of one row, without its hat function.
+void resampleRow(const Observations& observations, RowBlends& blends, std::span<const uint8_t> isInDisc,
+                 std::span<float> values, std::span<float> weights) {
+  for (size_t first = 0, next = 0; first < kFades.size(); first = next) {
+    const Observations clearest = clearestOf(observations, kFades[first]);
+    next = first + 1;
+    while (next < kFades.size() && clearestOf(observations, kFades[next]).size() == clearest.size()) ++next;
+    addBlend(clearest, blends.of(clearest), isInDisc,
+             static_cast<float>(next - first) / static_cast<float>(kFades.size()), values, weights);
+  }
+}
+
+// Rows of the samples beside each row's, with repetitions.
+std::vector<std::vector<uint32_t>> neighborsOf(const RingRows& rows, const PatchGrid& grid) {
+  constexpr std::array<PatchPlace, 3> kSteps{{{1, 0}, {0, 1}, {-1, 1}}};
+  std::vector<std::vector<uint32_t>> neighbors(rows.rows());
+  for (size_t first = 0; first < rows.rowOf.size(); first += grid.samples())
+    for (size_t sample = 0; sample < grid.samples(); ++sample) {
+      const uint32_t row = rows.rowOf[first + sample];
+      const PatchPlace place = grid.place(sample);
+      for (const PatchPlace& step : kSteps) {
+        const PatchPlace beside{place.i + step.i, place.j + step.j};
+        if (row == RingRows::kNone || beside.i < 0 || beside.i + beside.j >= grid.samplesPerEdge()) continue;
+        const uint32_t other = rows.rowOf[first + grid.index(beside)];
+        if (other == RingRows::kNone) continue;
+        neighbors[row].push_back(other);
+        neighbors[other].push_back(row);
+      }
+    }
+  return neighbors;
+}
+
+// Fills unseen rows from the seen ones outwards: each is the mean of the rows beside it that were filled in
+// earlier rounds.
+void fillUnseen(VertexMatrix& matrix, std::vector<uint8_t> isSeen,
+                const std::vector<std::vector<uint32_t>>& neighbors) {
+  const size_t width = 3 * matrix.cells;
+  std::vector<uint32_t> left;
+  for (uint32_t row = 0; row < matrix.rows; ++row)
+    if (!isSeen[row]) left.push_back(row);
+  for (size_t before = left.size() + 1; left.size() < before;) {
+    before = left.size();
+    std::vector<uint32_t> filled;
+    for (const uint32_t row : left) {
+      float count = 0;
+      const auto own = std::span(matrix.values).subspan(row * width, width);
+      for (const uint32_t other : neighbors[row]) {
+        if (!isSeen[other]) continue;
+        ++count;
+        for (size_t i = 0; i < width; ++i) own[i] += matrix.values[other * width + i];
+      }
+      if (count == 0) continue;
+      for (float& value : own) value /= count;
+      filled.push_back(row);
+    }
+    for (const uint32_t row : filled) isSeen[row] = 1;
+    std::erase_if(left, [&](uint32_t row) { return isSeen[row]; });
+  }
+}
+
+} // namespace
+
+VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
+  const std::span<const RingTriangle> around = field.rings.around(vertex);
+  assert(!around.empty());
+  const RingRows rows = ringRows(field.rings, vertex, field.patch);
+  VertexMatrix matrix{rows.rows(), field.views.cells(), {}, {}, 0, 0};
+  matrix.values.assign(3 * matrix.rows * matrix.cells, 0);
+  matrix.weights.assign(matrix.rows * matrix.cells, 0);
+
+  std::vector<Patch> patches;
+  for (const auto& [triangle, corner] : around) {
+    patches.push_back(patchOf(field, triangle));
+    if (corner == 0) matrix.triangleViews += patches.back().wholeViews.size();
+  }
+  std::vector<uint8_t> isInDisc(matrix.cells), isSeen(matrix.rows);
+  for (size_t cell = 0; cell < matrix.cells; ++cell) isInDisc[cell] = field.views.isInDisc(cell);
+  RowBlends blends(field.rings.frame(vertex), field.views);
+  for (size_t row = 0; row < matrix.rows; ++row) {
+    Observations observations;
+    for (const auto& [r, sample] : rows.of(row))
+      observations = merged(observations, patches[r].samples[sample]);
+    isSeen[row] = !observations.empty();
+    if (!isSeen[row]) continue;
+    resampleRow(observations, blends, isInDisc,
+                std::span(matrix.values).subspan(3 * row * matrix.cells, 3 * matrix.cells),
+                std::span(matrix.weights).subspan(row * matrix.cells, matrix.cells));
+  }
+  matrix.unseenRows = static_cast<size_t>(std::ranges::count(isSeen, 0));
+  if (matrix.unseenRows > 0) fillUnseen(matrix, isSeen, neighborsOf(rows, field.patch));
+  for (size_t row = 0; row < matrix.rows; ++row)
+    for (float& value : std::span(matrix.values).subspan(3 * row * matrix.cells, 3 * matrix.cells))
+      value *= rows.hats[row];
+  return matrix;
+}
+
+std::vector<float> fitWeights(const VertexMatrix& matrix, float prior) {
+  std::vector<float> weights = matrix.weights;
+  for (float& weight : weights) weight = std::max(weight, prior);
+  return weights;
+}
+
+uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells) {
+  return 3 * uint64_t{triangles} * samples * cells;
+}
+
+uint64_t normalizedBytes(size_t triangleViews, size_t samples) {
+  return 3 * uint64_t{triangleViews} * samples;
+}
+
+} // namespace surflect::lfm

@@ -1,0 +1,70 @@
+// Vertex light field matrices: the radiance around a vertex, resampled to a grid of surface points and a grid
+// of viewing directions, times the hat function of the vertex.
+//
+// [Chen 2002, §2.1, §2.2, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
+#pragma once
+
+#include "render/lightfield/lfm/observe.h"
+#include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/view_grid.h"
+#include "surfel/geometry/mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect::lfm {
+
+// Photographs that count at a sample.
+enum class Visible {
+  sample,  // those that see the sample
+  triangle // those that see every sample of its triangle  [Chen 2002, §5.2]
+};
+
+// F[row, cell, channel] = hat(row) f(row, cell, channel)  [Chen 2002, Eqs. 2, 4]
+struct VertexMatrix {
+  size_t rows = 0, cells = 0;
+  std::vector<float> values; // rows x cells x 3
+  // rows x cells: how well a value was observed, 0..1. It is 0 for cells outside the disc or beyond the hull
+  // of the photographs' directions, and in rows that no photograph sees; values there are extrapolated.
+  std::vector<float> weights;
+  // Rows that no photograph sees, which are filled from those around them. If it is all rows, values are 0
+  // (unseen_vertices.h).
+  size_t unseenRows = 0;
+  // Photographs that see every sample of a triangle, summed over the triangles whose corner 0 is this vertex:
+  // the sum over all vertices counts each triangle once.
+  size_t triangleViews = 0;
+
+  float& value(size_t row, size_t cell, size_t channel) { return values[3 * (row * cells + cell) + channel]; }
+  float value(size_t row, size_t cell, size_t channel) const {
+    return values[3 * (row * cells + cell) + channel];
+  }
+};
+
+// A light field that is seen in photographs. Mesh and rings must outlive it.
+struct SeenLightField {
+  const TriangleMesh& mesh;
+  const Rings& rings; // of the mesh
+  PatchGrid patch;
+  ViewGrid views;
+  Observe observe;
+  Visible visible = Visible::sample;
+};
+
+// Matrix of a vertex that has triangles; its rows are those of ringRows(). Memory: 16 bytes for each row and
+// cell. May be called from several threads.
+VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
+
+// Weights to fit factors by: those of the matrix, but at least `prior`, so that extrapolated values hold
+// factors where few rows were observed. Without it these show as black or bright blots.
+std::vector<float> fitWeights(const VertexMatrix& matrix, float prior = 0.02f);
+
+// Bytes of all matrices as the paper counts them: three for each sample of each triangle in each cell.
+// [Chen 2002, §6.1, Table 1]
+uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells);
+// Bytes of the triangles in the photographs that see them, which are resampled to one size: three for each
+// sample. `triangleViews` is summed over all vertices.  [Chen 2002, §6.1, Table 1: raw image size]
+uint64_t normalizedBytes(size_t triangleViews, size_t samples);
+
+} // namespace surflect::lfm

@@ -1,0 +1,292 @@
+#include "render/lightfield/lfm/vertex_matrix.h"
+
+#include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/view_grid.h"
+#include "tests/render/lightfield/slf/meshes.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace surflect::lfm {
+namespace {
+
+using Point = Point3<AcquisitionSpace, double>;
+using slf::testing::meshOf;
+
+// Radiance that leaves a place in a direction.
+using Radiance = std::function<Vec3<double>(const Vec3<double>& place, const Vec3<double>& d)>;
+
+constexpr int kPerEdge = 5, kSize = 8;
+
+// Cameras at distance 4 from the origin.
+std::vector<Vec3<double>> camerasAround(size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<Vec3<double>> cameras;
+  for (size_t i = 0; i < count; ++i) cameras.push_back(4 * randomUnit(random));
+  return cameras;
+}
+
+// Cameras within 55 degrees of +z.
+std::vector<Vec3<double>> camerasAbove(size_t count, unsigned seed) {
+  std::vector<Vec3<double>> cameras;
+  for (const Vec3<double>& camera : camerasAround(20 * count, seed))
+    if (camera.z() > 4 * 0.57 && cameras.size() < count) cameras.push_back(camera);
+  return cameras;
+}
+
+// A mesh with an analytic light field, seen from the front of each triangle by every camera.
+struct Scene {
+  TriangleMesh mesh;
+  std::vector<Vec3<double>> cameras;
+  Radiance radiance;
+  Rings rings{mesh};
+  SeenLightField field{mesh, rings, PatchGrid(kPerEdge), ViewGrid(kSize),
+                       [this](uint32_t triangle, const Point& p) { return observe(triangle, p); }};
+
+  // Whether a camera is hidden from a point.
+  std::function<bool(uint32_t camera, const Vec3<double>& p)> hides = [](uint32_t, const Vec3<double>&) {
+    return false;
+  };
+
+  std::vector<Observation> observe(uint32_t triangle, const Point& p) const {
+    std::vector<Observation> seen;
+    for (uint32_t i = 0; i < cameras.size(); ++i) {
+      const Vec3<double> d = (cameras[i] - p.raw()).normalized();
+      if (areaVector(mesh, triangle).dot(d) > 0 && !hides(i, p.raw()))
+        seen.push_back({i, assume<Direction3<AcquisitionSpace>>(d), radiance(p.raw(), d).cast<float>(), 1});
+    }
+    return seen;
+  }
+  Vec3<double> place(uint32_t vertex, const RingRows& rows, size_t row) const {
+    const auto& [r, sample] = rows.of(row)[0];
+    const auto& corners = rings.corners()[rings.around(vertex)[r].triangle];
+    Vec3<double> sum = Vec3<double>::Zero();
+    for (size_t k = 0; k < 3; ++k)
+      sum += field.patch.barycentrics(sample)[static_cast<int>(k)] *
+             mesh.positions[corners[k]].raw().cast<double>();
+    return sum;
+  }
+};
+
+Vec3<double> colorAt(const Vec3<double>& p) { return {2 + p[0], 1 + p[1] * p[2], std::exp(p[2])}; }
+
+TEST(VertexMatrix, AConstantLightFieldIsTheHatFunctionInEveryCell) {
+  const Scene scene{slf::testing::bumpySphere(6, 8), camerasAround(60, 1),
+                    [](const Vec3<double>&, const Vec3<double>&) { return Vec3<double>(0.25, 1, 3); }};
+  for (const uint32_t v : scene.rings.vertices()) {
+    const VertexMatrix matrix = matrixOf(scene.field, v);
+    const RingRows rows = ringRows(scene.rings, v, scene.field.patch);
+    ASSERT_EQ(matrix.rows, rows.rows());
+    for (size_t row = 0; row < matrix.rows; ++row)
+      for (size_t cell = 0; cell < matrix.cells; ++cell) {
+        EXPECT_NEAR(matrix.value(row, cell, 0), 0.25f * rows.hats[row], 1e-6);
+        EXPECT_NEAR(matrix.value(row, cell, 2), 3 * rows.hats[row], 1e-6);
+      }
+  }
+}
+
+TEST(VertexMatrix, OfATrianglesCornersSumToItsRadianceWhereThisHasNoDirection) {
+  const Scene scene{slf::testing::bumpySphere(5, 6, 0.1), camerasAround(60, 2),
+                    [](const Vec3<double>& p, const Vec3<double>&) { return colorAt(p); }};
+  const size_t samples = scene.field.patch.samples();
+  std::vector<Vec3<double>> sums(scene.mesh.triangles.size() * samples, Vec3<double>::Zero());
+  const size_t cell = 21;
+  for (const uint32_t v : scene.rings.vertices()) {
+    const VertexMatrix matrix = matrixOf(scene.field, v);
+    const RingRows rows = ringRows(scene.rings, v, scene.field.patch);
+    for (size_t i = 0; i < rows.rowOf.size(); ++i)
+      for (size_t c = 0; c < 3 && rows.rowOf[i] != RingRows::kNone; ++c)
+        sums[scene.rings.around(v)[i / samples].triangle * samples + i % samples][static_cast<int>(c)] +=
+            static_cast<double>(matrix.value(rows.rowOf[i], cell, c));
+  }
+  for (size_t t = 0; t < scene.mesh.triangles.size(); ++t)
+    for (size_t s = 0; s < samples; ++s) {
+      Vec3<double> place = Vec3<double>::Zero();
+      for (size_t k = 0; k < 3; ++k)
+        place += scene.field.patch.barycentrics(s)[static_cast<int>(k)] *
+                 scene.mesh.positions[scene.rings.corners()[t][k]].raw().cast<double>();
+      EXPECT_LT((sums[t * samples + s] - colorAt(place)).norm(), 2e-6);
+    }
+}
+
+TEST(VertexMatrix, RadianceThatIsLinearOnTheDiscIsExactInTheHullOfTheViews) {
+  Scene scene{slf::testing::squarePatch(2), camerasAbove(40, 3), {}};
+  const uint32_t v = 4; // the middle
+  const VertexFrame& frame = scene.rings.frame(v);
+  scene.radiance = [&](const Vec3<double>& p, const Vec3<double>& d) -> Vec3<double> {
+    return colorAt(p) + d.dot(frame.x) * Vec3<double>(1, -2, 0.5) + d.dot(frame.y) * Vec3<double>(0, 1, 3);
+  };
+  const VertexMatrix matrix = matrixOf(scene.field, v);
+  const RingRows rows = ringRows(scene.rings, v, scene.field.patch);
+  size_t checked = 0;
+  for (size_t row = 0; row < matrix.rows; ++row)
+    for (size_t cell = 0; cell < matrix.cells; ++cell) {
+      const DiscPoint center = scene.field.views.center(cell);
+      if ((center - DiscPoint(0.5, 0.5)).norm() > 0.25) continue; // the hull reaches 0.4
+      const Vec3<double> d = directionAt(frame, center).raw();
+      const Vec3<double> expected = rows.hats[row] * scene.radiance(scene.place(v, rows, row), d);
+      for (size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(matrix.value(row, cell, c), expected[static_cast<int>(c)], 2e-6);
+      EXPECT_NEAR(matrix.weights[row * matrix.cells + cell], 1, 2e-7);
+      ++checked;
+    }
+  EXPECT_EQ(checked, matrix.rows * 12);
+}
+
+TEST(VertexMatrix, WeightsAreZeroOutsideTheDiscAndFarFromTheViews) {
+  const Scene scene{slf::testing::squarePatch(2), camerasAbove(40, 4),
+                    [](const Vec3<double>& p, const Vec3<double>&) { return colorAt(p); }};
+  const VertexMatrix matrix = matrixOf(scene.field, 4);
+  for (size_t cell = 0; cell < matrix.cells; ++cell) {
+    const double radius = (scene.field.views.center(cell) - DiscPoint(0.5, 0.5)).norm();
+    // The views are within sin(55 degrees) / 2 and the parallax of the patch; a cell is 1 / 8 wide.
+    if (radius > 0.5) {
+      EXPECT_EQ(matrix.weights[cell], 0);
+    } else if (radius < 0.3) {
+      EXPECT_GT(matrix.weights[cell], 0);
+    }
+  }
+}
+
+TEST(VertexMatrix, ASharedEdgeIsSeenByTheCamerasOfBothTriangles) {
+  // A roof whose sides face away from each other's camera.
+  const Scene scene{meshOf({{0, -1, 0}, {0, 1, 0}, {0.2, 0, -1}, {-0.2, 0, -1}}, {{0, 2, 1}, {0, 1, 3}}),
+                    {{4, 0, 0}, {-4, 0, 0}},
+                    [](const Vec3<double>&, const Vec3<double>& d) {
+                      return d[0] > 0 ? Vec3<double>(1, 1, 1) : Vec3<double>(2, 2, 2);
+                    }};
+  const VertexMatrix matrix = matrixOf(scene.field, 0);
+  const RingRows rows = ringRows(scene.rings, 0, scene.field.patch);
+  for (size_t row = 0; row < matrix.rows; ++row) {
+    float low = 9, high = 0;
+    for (size_t cell = 0; cell < matrix.cells; ++cell) {
+      low = std::min(low, matrix.value(row, cell, 0) / rows.hats[row]);
+      high = std::max(high, matrix.value(row, cell, 0) / rows.hats[row]);
+    }
+    if (rows.of(row).size() == 2) {
+      EXPECT_LT(low, 1.2);
+      EXPECT_GT(high, 1.8);
+    } else {
+      EXPECT_NEAR(low, high, 1e-6);
+    }
+  }
+}
+
+TEST(VertexMatrix, AViewThatMissesOneSampleCountsForTheOthersOrForNone) {
+  Scene scene{slf::testing::squarePatch(1), camerasAbove(12, 5),
+              [](const Vec3<double>&, const Vec3<double>&) { return Vec3<double>(1, 1, 1); }};
+  // Cameras 0 to 2 do not see the corner at (1, 0, 0), which is in one of the two triangles.
+  scene.hides = [](uint32_t camera, const Vec3<double>& p) { return camera < 3 && p[0] - p[1] > 0.9; };
+  const auto inner = [&](Visible visible) {
+    scene.field.visible = visible;
+    scene.field.observe = [&](uint32_t triangle, const Point& p) {
+      std::vector<Observation> seen = scene.observe(triangle, p);
+      for (Observation& o : seen) o.radiance = Vec3<float>::Constant(o.photograph < 3 ? 2.f : 1.f);
+      return seen;
+    };
+    const VertexMatrix matrix = matrixOf(scene.field, 0);
+    EXPECT_EQ(matrix.triangleViews, 9u + 12u);
+    // An inner sample of the first triangle, beside which no other row shows.
+    const RingRows rows = ringRows(scene.rings, 0, scene.field.patch);
+    const uint32_t row = rows.rowOf[scene.field.patch.index({1, 1})];
+    float highest = 0;
+    for (size_t cell = 0; cell < matrix.cells; ++cell)
+      highest = std::max(highest, matrix.value(row, cell, 0) / rows.hats[row]);
+    return highest;
+  };
+  EXPECT_NEAR(inner(Visible::triangle), 1, 1e-6);
+  EXPECT_GT(inner(Visible::sample), 1.5);
+}
+
+TEST(VertexMatrix, UnseenRowsAreFilledFromTheRowsAroundThem) {
+  Scene scene{slf::testing::squarePatch(2), camerasAbove(20, 6),
+              [](const Vec3<double>& p, const Vec3<double>&) { return Vec3<double>(1 + p[0], 1, 1); }};
+  scene.hides = [](uint32_t, const Vec3<double>& p) { return (p - Vec3<double>(0.5, 0.5, 0)).norm() < 0.2; };
+  const VertexMatrix matrix = matrixOf(scene.field, 4);
+  const RingRows rows = ringRows(scene.rings, 4, scene.field.patch);
+  EXPECT_GT(matrix.unseenRows, 4u);
+  EXPECT_LT(matrix.unseenRows, matrix.rows);
+  for (size_t row = 0; row < matrix.rows; ++row) {
+    const Vec3<double> p = scene.place(4, rows, row);
+    const bool isSeen = !scene.hides(0, p);
+    EXPECT_EQ(matrix.weights[row * matrix.cells + 27] > 0, isSeen);
+    // Seen samples next to the hole are at most 0.2 + 1/8 from its middle.
+    EXPECT_NEAR(matrix.value(row, 27, 0) / rows.hats[row], 1 + p[0], isSeen ? 1e-6 : 0.35);
+    EXPECT_NEAR(matrix.value(row, 27, 1) / rows.hats[row], 1, 1e-6);
+  }
+}
+
+TEST(VertexMatrix, ARingThatNoViewSeesIsZero) {
+  const Scene scene{slf::testing::squarePatch(2), {{0, 0, -4}}, [](const Vec3<double>&, const Vec3<double>&) {
+                      return Vec3<double>(1, 1, 1);
+                    }};
+  const VertexMatrix matrix = matrixOf(scene.field, 4);
+  EXPECT_EQ(matrix.unseenRows, matrix.rows);
+  EXPECT_EQ(matrix.triangleViews, 0u);
+  EXPECT_TRUE(std::ranges::all_of(matrix.values, [](float x) { return x == 0; }));
+  EXPECT_TRUE(std::ranges::all_of(matrix.weights, [](float x) { return x == 0; }));
+}
+
+TEST(VertexMatrix, AViewThatFadesLeavesTheBlendsOneAfterAnother) {
+  Scene scene{slf::testing::squarePatch(1), camerasAbove(30, 7), {}};
+  const size_t cell = 36;
+  const Vec3<double> towards =
+      directionAt(scene.rings.frame(0), scene.field.views.center(cell)).raw(); // of camera 30
+  const std::vector<std::pair<float, float>> shareOfFade{
+      {1.f, 1.f}, {0.5f, 0.75f}, {0.2f, 0.5f}, {0.05f, 0.25f}, {0.005f, 0.f}};
+  for (const auto& [fade, share] : shareOfFade) {
+    scene.field.observe = [&](uint32_t, const Point& p) {
+      std::vector<Observation> seen;
+      for (uint32_t i = 0; i < 30; ++i)
+        seen.push_back({i, assume<Direction3<AcquisitionSpace>>((scene.cameras[i] - p.raw()).normalized()),
+                        Vec3<float>::Constant(1), 1});
+      seen.push_back({30, assume<Direction3<AcquisitionSpace>>(towards), Vec3<float>::Constant(5), fade});
+      return seen;
+    };
+    const VertexMatrix matrix = matrixOf(scene.field, 0);
+    EXPECT_NEAR(matrix.value(0, cell, 0), 1 + 4 * share, 1e-5);
+    EXPECT_NEAR(matrix.weights[cell], 1, 1e-6);
+  }
+}
+
+TEST(VertexMatrix, AFaintViewCountsOnlyWhereFewAreClear) {
+  Scene scene{slf::testing::squarePatch(1), camerasAbove(10, 8), {}};
+  for (const uint32_t clear : {2u, 3u}) {
+    scene.field.observe = [&](uint32_t, const Point& p) {
+      std::vector<Observation> seen;
+      for (uint32_t i = 0; i < 10; ++i) {
+        const bool isClear = i < clear;
+        seen.push_back({i, assume<Direction3<AcquisitionSpace>>((scene.cameras[i] - p.raw()).normalized()),
+                        Vec3<float>::Constant(isClear ? 1.f : 5.f), isClear ? 1.f : 1e-3f});
+      }
+      return seen;
+    };
+    const VertexMatrix matrix = matrixOf(scene.field, 0);
+    float highest = 0;
+    for (size_t cell = 0; cell < matrix.cells; ++cell) highest = std::max(highest, matrix.value(0, cell, 0));
+    EXPECT_NEAR(highest, clear < 3 ? 5 : 1, 1e-5);
+  }
+}
+
+TEST(VertexMatrix, FitWeightsRaiseNoneButTheSmallest) {
+  VertexMatrix matrix;
+  matrix.weights = {0, 0.01f, 0.5f, 1};
+  EXPECT_EQ(fitWeights(matrix, 0.125f), (std::vector<float>{0.125f, 0.125f, 0.5f, 1}));
+}
+
+TEST(VertexMatrix, SizesAreThoseOfThePaper) {
+  EXPECT_EQ(resampledBytes(6531, 314, 1024), 3ull * 6531 * 314 * 1024);
+  EXPECT_EQ(normalizedBytes(100, 300), 90'000u);
+}
+
+} // namespace
+} // namespace surflect::lfm
