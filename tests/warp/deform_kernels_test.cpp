@@ -36,7 +36,7 @@ constexpr auto numbersOf = [](auto& b) {
   return std::array{&b.x, &b.y, &b.z, &b.ux, &b.uy, &b.uz, &b.vx, &b.vy, &b.vz, &b.determinant};
 };
 
-bool sameBits(const WarpBatch& a, const WarpBatch& b) {
+bool haveSameBits(const WarpBatch& a, const WarpBatch& b) {
   const auto as = numbersOf(a), bs = numbersOf(b);
   for (size_t k = 0; k < as.size(); ++k)
     if (std::memcmp(*as[k], *bs[k], sizeof(Numbers)) != 0) return false;
@@ -109,7 +109,7 @@ TEST(DeformKernels, Avx2AndAvx512GiveTheSameBits) {
         warp->carry(b);
         return b;
       };
-      EXPECT_TRUE(sameBits(inSimd(Simd::avx2, carried), inSimd(Simd::avx512, carried))) << name;
+      EXPECT_TRUE(haveSameBits(inSimd(Simd::avx2, carried), inSimd(Simd::avx512, carried))) << name;
     }
 }
 

@@ -8,9 +8,7 @@
 namespace surflect::warp {
 namespace {
 
-const Mat3<double> identity = Mat3<double>::Identity();
-
-std::vector<Vec3<double>> moved(std::vector<Vec3<double>> points, const Warp& warp) {
+std::vector<Vec3<double>> movedPoints(std::vector<Vec3<double>> points, const Warp& warp) {
   for (Vec3<double>& point : points) point = warp.position(point);
   return points;
 }
@@ -34,7 +32,7 @@ TEST(Handles, AtRestTheyMoveNothing) {
     for (int i = 0; i < 100; ++i) {
       const Vec3<double> x = 3 * randomVector(random);
       EXPECT_LT((warp->position(x) - x).norm(), 1e-15);
-      EXPECT_LT((*warp->jacobian(x) - identity).norm(), 1e-15);
+      EXPECT_LT((*warp->jacobian(x) - Mat3<double>::Identity()).norm(), 1e-15);
     }
   }
 }
@@ -45,7 +43,7 @@ TEST(Handles, MovedAffinelyTheyMoveAllSpaceSo) {
     for (const size_t count : {4, 7, 40}) {
       const auto rest = randomPoints(count, random);
       const WarpPointer affine = chainOf(randomScale(random), randomRigid(random));
-      const WarpPointer warp = Handles(rest, std::nullopt).pullTo(moved(rest, *affine));
+      const WarpPointer warp = Handles(rest, std::nullopt).pullTo(movedPoints(rest, *affine));
       const Vec3<double> x = 2 * randomVector(random);
       EXPECT_LT((warp->position(x) - affine->position(x)).norm(), 2e-10) << count;
       EXPECT_LT((*warp->jacobian(x) - *affine->jacobian(x)).norm(), 2e-10) << count;
@@ -82,7 +80,7 @@ TEST(Handles, WithARadiusSpaceBeyondItRests) {
     if (std::ranges::any_of(rest, [&](const Vec3<double>& r) { return (x - r).norm() < 0.4; })) continue;
     ++far;
     EXPECT_EQ(warp->position(x), x);
-    EXPECT_EQ(*warp->jacobian(x), identity);
+    EXPECT_EQ(*warp->jacobian(x), Mat3<double>::Identity());
   }
   EXPECT_GT(far, 500);
 }

@@ -10,8 +10,6 @@
 namespace surflect::warp {
 namespace {
 
-const Mat3<double> identity = Mat3<double>::Identity();
-
 // Calls function(point, its rest position) for every control point.
 template <class Function> void forEachPoint(const Lattice& lattice, Function function) {
   const auto [l, m, n] = lattice.divisions;
@@ -33,7 +31,7 @@ TEST(Lattice, AtRestIsTheIdentityEverywhere) {
   for (int i = 0; i < 100; ++i) {
     const Vec3<double> x = 3 * randomVector(random);
     EXPECT_EQ(warp->position(x), x);
-    EXPECT_EQ(*warp->jacobian(x), identity);
+    EXPECT_EQ(*warp->jacobian(x), Mat3<double>::Identity());
   }
 }
 
@@ -97,7 +95,8 @@ TEST(Lattice, BeyondTheBoxTheJacobianIsThatOfThePosition) {
     const WarpPointer warp = randomLatticeWarp(random);
     Vec3<double> x = 3 * randomVector(random);
     x[trial % 3] = random() & 1 ? 2 : -2;
-    EXPECT_LT((centralDifferences(*warp, x, identity, 1e-6) - *warp->jacobian(x)).norm(), 3e-9);
+    EXPECT_LT((centralDifferences(*warp, x, Mat3<double>::Identity(), 1e-6) - *warp->jacobian(x)).norm(),
+              3e-9);
   }
 }
 
@@ -175,7 +174,7 @@ TEST(Lattice, WhereTheTwoOutermostLayersRestSoDoesAllBeyond) {
     Vec3<double> x = 2 * randomVector(random);
     x[2] = lattice.least[2] - std::abs(x[2]);
     EXPECT_EQ(warp->position(x), x);
-    EXPECT_EQ(*warp->jacobian(x), identity);
+    EXPECT_EQ(*warp->jacobian(x), Mat3<double>::Identity());
   }
 }
 

@@ -9,8 +9,6 @@
 namespace surflect::warp {
 namespace {
 
-const Mat3<double> identity = Mat3<double>::Identity();
-
 std::vector<Vec3<double>> moved(const TriangleMesh& mesh, const Warp& warp) {
   std::vector<Vec3<double>> positions = positionsOf(mesh);
   for (Vec3<double>& p : positions) p = warp.position(p);
@@ -38,7 +36,7 @@ TEST(MeshField, AMeshAtRestMovesNothing) {
   for (int i = 0; i < 1000; ++i) {
     const Vec3<double> x = somewhere(i, random);
     EXPECT_LT((warp->position(x) - x).norm(), 2e-14);
-    EXPECT_LT((*warp->jacobian(x) - identity).norm(), 1e-12);
+    EXPECT_LT((*warp->jacobian(x) - Mat3<double>::Identity()).norm(), 1e-12);
   }
 }
 
@@ -63,7 +61,7 @@ TEST(MeshField, ItsJacobianIsThatOfItsPositionEverywhere) {
   for (int i = 0; i < 300; ++i) {
     const WarpPointer warp = randomField(random);
     const Vec3<double> x = somewhere(i, random);
-    const Mat3<double> differences = centralDifferences(*warp, x, identity, 1e-6);
+    const Mat3<double> differences = centralDifferences(*warp, x, Mat3<double>::Identity(), 1e-6);
     EXPECT_LT((differences - *warp->jacobian(x)).norm(), 2e-8);
   }
 }
@@ -90,7 +88,7 @@ TEST(MeshField, BetweenGroupsOfAnySizeItsJacobianIsExactAndContinuous) {
     const double gap = std::pow(10, randomBetween(-3, 0.7, random));
     const Vec3<double> x = torusPoint(randomBetween(0, 1, random), randomBetween(0, 1, random), 0.25 + gap);
     const Mat3<double> jacobian = *warp->jacobian(x);
-    EXPECT_LT((centralDifferences(*warp, x, identity, 1e-6) - jacobian).norm(), 1e-7);
+    EXPECT_LT((centralDifferences(*warp, x, Mat3<double>::Identity(), 1e-6) - jacobian).norm(), 1e-7);
     EXPECT_LT((*warp->jacobian(x + 1e-7 * randomUnit(random)) - jacobian).norm(), 2e-5);
   }
 }
@@ -168,7 +166,7 @@ Errors errorsOf(const Warp& truth, int around, int through, double gap = 0) {
     const Vec3<double> n = (torusPoint(u, v, 0.26 + gap) - x).normalized();
     const Mat3<double> difference = *field->jacobian(x) - *truth.jacobian(x);
     errors.position += (field->position(x) - truth.position(x)).squaredNorm() / samples;
-    errors.tangents += (difference * (identity - n * n.transpose())).squaredNorm() / samples;
+    errors.tangents += (difference * (Mat3<double>::Identity() - n * n.transpose())).squaredNorm() / samples;
   }
   return {std::sqrt(errors.position), std::sqrt(errors.tangents)};
 }

@@ -11,7 +11,7 @@ namespace surflect::warp {
 namespace {
 
 // A torus at rest, and as it is at the frames given: moved by one along x for each frame.
-class MeshSequenceTest : public testing::Test {
+class MeshSequenceTest : public ::testing::Test {
 protected:
   MeshSequenceTest() { writeObj(rest, mesh); }
 

@@ -12,7 +12,7 @@ namespace {
 
 const Track3 yAxis{0, 3, 0}; // any length will do
 
-std::string complaint(const WarpMotion& motion) {
+std::string motionComplaint(const WarpMotion& motion) {
   try {
     evaluateAt(motion, {0, 12, 0});
   } catch (const Error& error) {
@@ -65,18 +65,19 @@ TEST(Freeze, TapersByTheFactorAtTheLength) {
   const WarpPointer warp = evaluateAt(TaperMotion{yAxis, {0, 1, 0}, 0.25, 2}, {});
   EXPECT_LT((warp->position({1, 3, 0}) - Vec3<double>(0.25, 3, 0)).norm(), 1e-16);
   EXPECT_LT((warp->position({1, 2, 0}) - Vec3<double>(0.5, 2, 0)).norm(), 1e-15);
-  EXPECT_EQ(complaint(TaperMotion{yAxis, {}, Track::expression("12 - frame"), 1}),
+  EXPECT_EQ(motionComplaint(TaperMotion{yAxis, {}, Track::expression("12 - frame"), 1}),
             "factor: found 0, expected more than 0");
 }
 
 TEST(Freeze, ComplaintsNameTheParameter) {
-  EXPECT_EQ(complaint(TwistMotion{{0, 0, 0}, {}, 0, 1}),
+  EXPECT_EQ(motionComplaint(TwistMotion{{0, 0, 0}, {}, 0, 1}),
             "axis: found length 0 at frame 12, expected a direction");
-  EXPECT_EQ(complaint(TwistMotion{yAxis, {}, 0, 0}), "length: found 0, expected another number");
-  EXPECT_EQ(complaint(TwistMotion{yAxis, {}, Track::expression("1/0"), 1}),
+  EXPECT_EQ(motionComplaint(TwistMotion{yAxis, {}, 0, 0}), "length: found 0, expected another number");
+  EXPECT_EQ(motionComplaint(TwistMotion{yAxis, {}, Track::expression("1/0"), 1}),
             "angle_deg: found inf at frame 12, expected a finite number");
-  EXPECT_EQ(complaint(SineMotion{yAxis, yAxis, {}, 1, 0, 0}), "wavelength: found 0, expected another number");
-  EXPECT_EQ(complaint(BendMotion{yAxis, {0, -2, 0}, {}, 1, 1}),
+  EXPECT_EQ(motionComplaint(SineMotion{yAxis, yAxis, {}, 1, 0, 0}),
+            "wavelength: found 0, expected another number");
+  EXPECT_EQ(motionComplaint(BendMotion{yAxis, {0, -2, 0}, {}, 1, 1}),
             "direction: found a direction along the axis, expected one that is not");
 }
 

@@ -12,7 +12,7 @@
 namespace surflect::warp {
 namespace {
 
-class RigTest : public testing::Test {
+class RigTest : public ::testing::Test {
 protected:
   std::filesystem::path write(const GltfMaker& maker) const {
     const std::filesystem::path path = folder / "rig.glb";

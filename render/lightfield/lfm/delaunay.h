@@ -24,7 +24,7 @@ inline constexpr double kLeastArea = 1e-10;
 // delaunayByHull() for fewer than a hundred; where rounding spoils the result, this one stands in.
 std::vector<std::array<uint32_t, 3>> delaunayTriangles(std::span<const DiscPoint> sites);
 
-// The same by Qhull: the lower side of the convex hull of the sites on a paraboloid.
+// Triangulation by Qhull: the lower side of the convex hull of the sites on a paraboloid.
 std::vector<std::array<uint32_t, 3>> delaunayByHull(std::span<const DiscPoint> sites);
 
 } // namespace surflect::lfm

@@ -9,7 +9,7 @@
 
 namespace surflect::lfm {
 
-// The same place for a triangle whose corners start at the given one.
+// Place in the triangle whose corners start at the given one.
 constexpr PatchPlace turned(int samplesPerEdge, PatchPlace place, size_t firstCorner) {
   const std::array<int, 3> steps{samplesPerEdge - 1 - place.i - place.j, place.i, place.j};
   return {steps[(firstCorner + 1) % 3], steps[(firstCorner + 2) % 3]};

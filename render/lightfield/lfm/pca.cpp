@@ -11,7 +11,7 @@ namespace surflect::lfm {
 
 namespace {
 
-// What is left of a matrix after its mean counts as rounding error below this share of its root mean square.
+// Rest of a matrix after its mean that counts as rounding error, as a share of its root mean square.
 constexpr double kRounding = 1e-6;
 
 double squaresOf(const ArrangedMatrix& matrix) {

@@ -14,11 +14,11 @@ namespace surflect::bench {
 namespace {
 
 // A small doll model in a temporary folder.
-class DollModel : public testing::Test {
+class DollModel : public ::testing::Test {
 protected:
   DollModel()
-      : folder_(std::filesystem::path(testing::TempDir()) /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+      : folder_(std::filesystem::path(::testing::TempDir()) /
+                ::testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::remove_all(folder_);
   }
   ~DollModel() override { std::filesystem::remove_all(folder_); }

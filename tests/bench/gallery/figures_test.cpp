@@ -121,7 +121,7 @@ TEST(Panels, ALampShowsBeforeTheObjectAndIsHiddenBehindIt) {
 }
 
 // A sphere seen by one camera, and its reflectance image under an environment.
-class ReflectanceImage : public testing::Test {
+class ReflectanceImage : public ::testing::Test {
 protected:
   static constexpr size_t kLights = 200;
 

@@ -8,7 +8,7 @@
 namespace surflect::evaluation {
 namespace {
 
-class Unreached : public testing::Test {
+class Unreached : public ::testing::Test {
 protected:
   Unreached() {
     warp::writeObj(folder / "cage.obj", warp::torus(24, 12));

@@ -21,7 +21,7 @@ image::Image constantImage(int width, int height, Rgb color) {
 }
 
 // Smooth colours with some noise.
-image::Image randomImage(unsigned seed, int width, int height, float noise) {
+image::Image smoothNoise(unsigned seed, int width, int height, float noise) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<float> uniform(0, 1);
   const double fx = uniform(rng), fy = uniform(rng);
@@ -48,12 +48,12 @@ image::Image shifted(const image::Image& image, int dx, int dy) {
 float valueOf(Rgb a, Rgb b) { return flip(constantImage(8, 8, a), constantImage(8, 8, b)).at(3, 3)[0]; }
 
 TEST(Flip, EqualPicturesDoNotDiffer) {
-  const image::Image image = randomImage(1, 33, 21, 0.5f);
+  const image::Image image = smoothNoise(1, 33, 21, 0.5f);
   EXPECT_EQ(std::ranges::max(flip(image, image).values), 0);
 }
 
 TEST(Flip, IsSymmetricAndBetweenZeroAndOne) {
-  const image::Image a = randomImage(2, 33, 21, 0.9f), b = randomImage(3, 33, 21, 0.9f);
+  const image::Image a = smoothNoise(2, 33, 21, 0.9f), b = smoothNoise(3, 33, 21, 0.9f);
   const image::Image ab = flip(a, b);
   EXPECT_EQ(ab.values, flip(b, a).values);
   for (const float value : ab.values) EXPECT_TRUE(value > 0 && value <= 1);
@@ -68,14 +68,14 @@ TEST(Flip, KnownColoursHaveKnownDifferences) {
 }
 
 TEST(Flip, FollowsPicturesThatAreShifted) {
-  const image::Image a = randomImage(4, 60, 60, 0.2f), b = randomImage(5, 60, 60, 0.2f);
+  const image::Image a = smoothNoise(4, 60, 60, 0.2f), b = smoothNoise(5, 60, 60, 0.2f);
   const image::Image here = flip(a, b), there = flip(shifted(a, 4, 3), shifted(b, 4, 3));
   for (int y = 20; y < 40; ++y) // beyond the reach of borders
     for (int x = 20; x < 40; ++x) EXPECT_NEAR(here.at(x, y)[0], there.at(x + 4, y + 3)[0], 1e-6);
 }
 
 TEST(Flip, LargerErrorsAreLarger) {
-  const image::Image image = randomImage(6, 40, 40, 0.1f);
+  const image::Image image = smoothNoise(6, 40, 40, 0.1f);
   float last = 0;
   for (const float error : {0.01f, 0.05f, 0.2f}) {
     image::Image other = image;
@@ -185,7 +185,7 @@ struct PlainFlip {
 TEST(Flip, MatchesThePlainForm) {
   const PlainFlip plain;
   for (const unsigned seed : {7u, 8u, 9u}) { // colours far apart, and near
-    const image::Image a = randomImage(seed, 45, 45, 0.4f), other = randomImage(seed + 10, 45, 45, 0.4f);
+    const image::Image a = smoothNoise(seed, 45, 45, 0.4f), other = smoothNoise(seed + 10, 45, 45, 0.4f);
     image::Image b = a;
     for (size_t i = 0; i < b.values.size(); ++i)
       b.values[i] = std::lerp(a.values[i], other.values[i], seed == 7 ? 1.f : 0.1f);

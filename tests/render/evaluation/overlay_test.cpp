@@ -227,7 +227,7 @@ TEST(Overlay, CorrelationIsOneForAnyGainAndMinusOneForTheOpposite) {
   EXPECT_EQ(correlation({}, {}), 0);
 }
 
-class ContactSheets : public testing::Test {
+class ContactSheets : public ::testing::Test {
 protected:
   const studio::Studio smallStudio{.cameras = 5, .lights = 6};
   const image::TemporaryFolder folder;

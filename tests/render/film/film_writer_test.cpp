@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kFrames = 12; // more than share a commit
 
-class WrittenFilm : public testing::Test {
+class WrittenFilm : public ::testing::Test {
 protected:
   static render::FrameLayers film(int frame) {
     const auto seed = static_cast<unsigned>(frame);

@@ -10,9 +10,7 @@
 namespace surflect::stage {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-std::vector<std::pair<std::string, Surface>> shapes(int segments = 32) {
+std::vector<std::pair<std::string, Surface>> namedShapes(int segments = 32) {
   return {
       {"sphere", sphere({1, 2, 3}, 0.7, segments)},
       {"bumpy", bumpySphere({1, 2, 3}, 0.7, 0.1, 4, segments)},
@@ -22,7 +20,7 @@ std::vector<std::pair<std::string, Surface>> shapes(int segments = 32) {
 }
 
 TEST(StageShapes, ShapesAreClosedAndTheirNormalsPointOut) {
-  for (const auto& [name, surface] : shapes()) {
+  for (const auto& [name, surface] : namedShapes()) {
     EXPECT_TRUE(isClosed(surface.mesh)) << name;
     EXPECT_GT(volumeOf(surface.mesh), 0) << name;
     EXPECT_LT(largestTilt(surface), 0.4) << name;
@@ -31,7 +29,7 @@ TEST(StageShapes, ShapesAreClosedAndTheirNormalsPointOut) {
 
 TEST(StageShapes, VolumesAreThoseOfTheShapes) {
   const double pi = std::numbers::pi;
-  const auto fine = shapes(256);
+  const auto fine = namedShapes(256);
   EXPECT_NEAR(volumeOf(fine[0].second.mesh), 4 * pi / 3 * std::pow(0.7, 3), 1e-3);
   EXPECT_NEAR(volumeOf(fine[2].second.mesh), pi * 0.49 * 1.4, 1e-3);
   EXPECT_NEAR(volumeOf(fine[4].second.mesh), 1, 1e-5);
@@ -39,13 +37,14 @@ TEST(StageShapes, VolumesAreThoseOfTheShapes) {
 
 TEST(StageShapes, TrianglesConvergeToTheNormals) {
   for (size_t i = 0; i < 3; ++i) {
-    const double coarse = largestTilt(shapes(64)[i].second), fine = largestTilt(shapes(256)[i].second);
-    EXPECT_NEAR(coarse / fine, 4, 0.5) << shapes()[i].first;
+    const double coarse = largestTilt(namedShapes(64)[i].second),
+                 fine = largestTilt(namedShapes(256)[i].second);
+    EXPECT_NEAR(coarse / fine, 4, 0.5) << namedShapes()[i].first;
   }
 }
 
 TEST(StageShapes, TangentsLieInTheSurface) {
-  for (const auto& [name, surface] : shapes()) EXPECT_LT(largestLift(surface), 1e-9) << name;
+  for (const auto& [name, surface] : namedShapes()) EXPECT_LT(largestLift(surface), 1e-9) << name;
 }
 
 std::vector<ProfilePoint> line(double r0, double z0, double r1, double z1) { return {{r0, z0}, {r1, z1}}; }
@@ -69,8 +68,8 @@ TEST(StageShapes, ASlantedProfileTurnsIntoACone) {
   const std::vector<ProfilePoint> profile{{r, 0}, {r / 2, h / 2}, {r / 2, h / 2}, {0, h}, {0, h}};
   EXPECT_THROW(lathe(profile, true, 64), Error); // the last point is alone behind its crease
   const Surface cone = lathe(std::vector<ProfilePoint>{{r, 0}, {r / 2, h / 2}}, true, 512);
-  EXPECT_NEAR(volumeOf(cone.mesh), kPi * h / 2 * (r * r + r * r / 2 + r * r / 4) / 3, 2e-4);
-  EXPECT_NEAR(areaOf(cone.mesh), kPi * (r * r + r * r / 4 + slant / 2 * (r + r / 2)), 1e-3);
+  EXPECT_NEAR(volumeOf(cone.mesh), std::numbers::pi * h / 2 * (r * r + r * r / 2 + r * r / 4) / 3, 2e-4);
+  EXPECT_NEAR(areaOf(cone.mesh), std::numbers::pi * (r * r + r * r / 4 + slant / 2 * (r + r / 2)), 1e-3);
 }
 
 TEST(StageShapes, AProfileRoundACircleTurnsIntoASphere) {
@@ -78,7 +77,8 @@ TEST(StageShapes, AProfileRoundACircleTurnsIntoASphere) {
     std::vector<ProfilePoint> profile;
     for (int i = 0; i <= points; ++i) {
       const bool isPole = i == 0 || i == points;
-      profile.push_back({isPole ? 0 : std::sin(kPi * i / points), -std::cos(kPi * i / points)});
+      profile.push_back(
+          {isPole ? 0 : std::sin(std::numbers::pi * i / points), -std::cos(std::numbers::pi * i / points)});
     }
     const Surface ball = lathe(profile, true, 128);
     double error = 0;
@@ -93,7 +93,8 @@ TEST(StageShapes, AProfileRoundACircleTurnsIntoASphere) {
 
 TEST(StageShapes, TrianglesOfALatheConvergeToItsNormals) {
   // Rows are whole numbers, so that their height is not in proportion to `segments`.
-  const double coarse = largestTilt(shapes(64)[3].second), fine = largestTilt(shapes(512)[3].second);
+  const double coarse = largestTilt(namedShapes(64)[3].second),
+               fine = largestTilt(namedShapes(512)[3].second);
   EXPECT_GT(coarse / fine, 6);
   EXPECT_LT(fine, 0.03);
 }

@@ -12,23 +12,23 @@ namespace {
 const std::string text = ballOnSlab(4, "size = [12, 10]", "turntable = 3\nelevations_deg = [20]\ntest = 2",
                                     "count = 3\ntest = 1\nirradiance = [3, 3, 3]");
 
-Stage stage() { return parseStage(text, "stage.toml"); }
+Stage smallStage() { return parseStage(text, "stage.toml"); }
 
 TEST(StageCapture, ReadsBackAsItWasTraced) {
   const image::TemporaryFolder folder;
-  const StageReport report = captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
+  const StageReport report = captureStage(smallStage(), nullptr, StageFrames::all, folder / "c", {});
   EXPECT_EQ(report.trainingFrames, 9u);
   EXPECT_EQ(report.testFrames, 11u);
   const capture::Capture capture = capture::readCapture(folder / "c");
   ASSERT_EQ(capture.frames.size(), 20u);
   ASSERT_EQ(capture.views.size(), 5u);
-  EXPECT_EQ(capture.lights, stage().rig.lights);
-  const StageScene scene(stage().objects);
+  EXPECT_EQ(capture.lights, smallStage().rig.lights);
+  const StageScene scene(smallStage().objects);
   for (size_t v = 0; v < 5; ++v) {
-    const TracedView traced =
-        traceView(scene, stage().rig.views[v].camera, v, stage().rig.lights, stage().trace, {});
+    const TracedView traced = traceView(scene, smallStage().rig.views[v].camera, v, smallStage().rig.lights,
+                                        smallStage().trace, {});
     for (size_t i = 0; i < capture.frames.size(); ++i) {
-      if (capture.views[capture.frames[i].view].identity != stage().rig.views[v].identity) continue;
+      if (capture.views[capture.frames[i].view].identity != smallStage().rig.views[v].identity) continue;
       const size_t light = *capture.frames[i].light;
       EXPECT_EQ(capture.frames[i].split, v < 3 && light < 3 ? capture::Split::train : capture::Split::test);
       const std::vector<size_t> one{i};
@@ -58,11 +58,11 @@ TEST(StageCapture, BrighterThanHalfFloatsIsKept) {
 
 TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
   const image::TemporaryFolder folder;
-  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
+  captureStage(smallStage(), nullptr, StageFrames::all, folder / "c", {});
   const TriangleMesh mesh = readMeshAsStored(folder / "c" / capture::readCapture(folder / "c").geometry);
   std::vector<Point3<AcquisitionSpace>> vertices;
   size_t triangles = 0;
-  for (const auto& object : stage().objects) {
+  for (const auto& object : smallStage().objects) {
     const TriangleMesh& part = object.surface.mesh;
     vertices.insert(vertices.end(), part.positions.begin(), part.positions.end());
     triangles += part.triangles.size();
@@ -73,16 +73,16 @@ TEST(StageCapture, TheGeometryIsTheMeshToTheBit) {
 
 TEST(StageCapture, AnInterruptedRunGoesOnToTheSameBytes) {
   const image::TemporaryFolder folder;
-  captureStage(stage(), nullptr, StageFrames::all, folder / "whole", {});
+  captureStage(smallStage(), nullptr, StageFrames::all, folder / "whole", {});
   int calls = 0;
   Progress progress;
   progress.cancelled = [&] {
     return std::filesystem::exists(folder / "part" / "images" / "C001.exr") && ++calls > 3;
   };
-  EXPECT_THROW(captureStage(stage(), nullptr, StageFrames::all, folder / "part", progress), Cancelled);
+  EXPECT_THROW(captureStage(smallStage(), nullptr, StageFrames::all, folder / "part", progress), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "part" / "transforms.json"));
   image::writeBytes(folder / "part" / "images" / "C000.exr", "damaged");
-  EXPECT_EQ(captureStage(stage(), nullptr, StageFrames::all, folder / "part", {}).resumedViews, 1u);
+  EXPECT_EQ(captureStage(smallStage(), nullptr, StageFrames::all, folder / "part", {}).resumedViews, 1u);
   EXPECT_EQ(image::contentOf(folder / "part"), image::contentOf(folder / "whole"));
 }
 
@@ -91,14 +91,14 @@ TEST(StageCapture, WhatWasLeftOfItsIdentityIsRemoved) {
   const image::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "c");
   writeFileAtomically(folder / "c" / "stage.identity.k3ZxQ1.tmp", "st");
-  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
+  captureStage(smallStage(), nullptr, StageFrames::all, folder / "c", {});
   EXPECT_FALSE(std::filesystem::exists(folder / "c" / "stage.identity.k3ZxQ1.tmp"));
 }
 
 TEST(StageCapture, AnotherStageIsNotMixedIn) {
   const image::TemporaryFolder folder;
-  captureStage(stage(), nullptr, StageFrames::all, folder / "c", {});
-  Stage other = stage();
+  captureStage(smallStage(), nullptr, StageFrames::all, folder / "c", {});
+  Stage other = smallStage();
   other.hash ^= 1;
   EXPECT_NE(image::errorOf([&] {
               captureStage(other, nullptr, StageFrames::all, folder / "c", {});
@@ -107,13 +107,13 @@ TEST(StageCapture, AnotherStageIsNotMixedIn) {
   const auto warp = warp::chainWarp({});
   const StageDeformation deformation{*warp, 5};
   EXPECT_NE(image::errorOf([&] {
-              captureStage(stage(), &deformation, StageFrames::deformed, folder / "c", {});
+              captureStage(smallStage(), &deformation, StageFrames::deformed, folder / "c", {});
             }).find("another stage"),
             std::string::npos);
   std::filesystem::create_directory(folder / "mine");
   image::writeBytes(folder / "mine" / "letter.txt", "dear");
   EXPECT_NE(image::errorOf([&] {
-              captureStage(stage(), nullptr, StageFrames::all, folder / "mine", {});
+              captureStage(smallStage(), nullptr, StageFrames::all, folder / "mine", {});
             }).find("something there"),
             std::string::npos);
 }
@@ -121,10 +121,11 @@ TEST(StageCapture, AnotherStageIsNotMixedIn) {
 // The identity bends nothing: the test views are those of the plain capture, to the bit.
 TEST(StageCapture, TheTruthUnderTheIdentityIsThePlainCapture) {
   const image::TemporaryFolder folder;
-  captureStage(stage(), nullptr, StageFrames::all, folder / "plain", {});
+  captureStage(smallStage(), nullptr, StageFrames::all, folder / "plain", {});
   const auto warp = warp::chainWarp({});
   const StageDeformation deformation{*warp, 5};
-  const StageReport report = captureStage(stage(), &deformation, StageFrames::deformed, folder / "truth", {});
+  const StageReport report =
+      captureStage(smallStage(), &deformation, StageFrames::deformed, folder / "truth", {});
   EXPECT_EQ(report.views, 2u);
   EXPECT_EQ(report.trainingFrames, 0u);
   EXPECT_EQ(report.testFrames, 8u);

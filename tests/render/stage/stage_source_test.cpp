@@ -32,7 +32,7 @@ model::PackOptions options() {
   return chosen;
 }
 
-class StagePack : public testing::Test {
+class StagePack : public ::testing::Test {
 protected:
   model::PackReport packed(const std::string& name, const Stage& what = stage(),
                            const Progress& progress = {}) {

@@ -7,8 +7,6 @@
 namespace surflect::stage {
 namespace {
 
-constexpr StagePoint kOrigin{0, 0, 0};
-
 TracedView trace(const std::vector<StageObject>& objects, const capture::Camera<AcquisitionSpace>& camera,
                  const std::vector<capture::Light>& lights, const TraceOptions& options) {
   return traceView(StageScene(objects), camera, 0, lights, options, {});
@@ -34,7 +32,7 @@ Vec3<double> meanRadiance(const TracedView& view, size_t light) {
 TEST(Tracer, LambertSphereUnderTheSunIsTheCosine) {
   std::mt19937 random(1);
   const capture::Camera camera = setPlaces(unit(1, 2, 0.5), 10, 32, 16, capture::Lens::Model::orthographic);
-  const auto objects = oneObject(sphere(kOrigin, 0.9, 512), material::Lambert{kAlbedo});
+  const auto objects = oneObject(sphere(StagePoint(0, 0, 0), 0.9, 512), material::Lambert{kAlbedo});
   for (const Transport transport : {Transport::local, Transport::full})
     for (int trial = 0; trial < 4; ++trial) {
       const StageDirection l = randomDirection(random);
@@ -58,7 +56,7 @@ TEST(Tracer, LambertSphereUnderTheSunIsTheCosine) {
 
 TEST(Tracer, AlphaIsTheCoveredArea) {
   const capture::Camera camera = setPlaces(unit(1, 0, 0), 10, 33, 16, capture::Lens::Model::orthographic);
-  const TracedView view = trace(oneObject(sphere(kOrigin, 0.9, 512), material::Lambert{}), camera,
+  const TracedView view = trace(oneObject(sphere(StagePoint(0, 0, 0), 0.9, 512), material::Lambert{}), camera,
                                 {sun(unit(1, 0, 0))}, samples(256));
   EXPECT_NEAR(sum(view.alpha) / 256, material::kPi * 0.81, 2e-3);
   EXPECT_EQ(view.alpha.at(0, 0)[0], 0);
@@ -110,7 +108,7 @@ TEST(Tracer, OneBounceIsTheFormFactor) {
 
 TEST(Tracer, FullIsLocalOnAConvexBox) {
   std::mt19937 random(2);
-  const auto objects = oneObject(box(kOrigin, {1, 2, 1.5}, 3), material::Lambert{kAlbedo});
+  const auto objects = oneObject(box(StagePoint(0, 0, 0), {1, 2, 1.5}, 3), material::Lambert{kAlbedo});
   const std::vector<capture::Light> lights{sun(randomDirection(random)),
                                            sun(randomDirection(random)),
                                            sun(randomDirection(random)),
@@ -230,8 +228,9 @@ TEST(Tracer, AbsorptionEndsWhereTheGlassDoes) {
 // A lamp in the middle of a hollow ball: each point gets E = I / r^2 from it, sum_k (rho E) rho^k leaves.
 TEST(Tracer, IntegratingSphereAddsUpAllBounces) {
   const float rho = 0.8f;
-  const auto objects = oneObject(sphere(kOrigin, 2, 256), material::Lambert{{rho, rho, rho / 2}});
-  const std::vector<capture::Light> lamp{{"lamp", "lamp", capture::PointLight{kOrigin, {4, 4, 4}}}};
+  const auto objects = oneObject(sphere(StagePoint(0, 0, 0), 2, 256), material::Lambert{{rho, rho, rho / 2}});
+  const std::vector<capture::Light> lamp{
+      {"lamp", "lamp", capture::PointLight{StagePoint(0, 0, 0), {4, 4, 4}}}};
   const TracedView view = trace(objects, setPlaces(unit(1, 1, 0.3), 0.5, 16, 10), lamp, samples(64));
   ASSERT_EQ(sum(view.alpha), 256);
   EXPECT_NEAR(meanRadiance(view, 0)[0], rho / (material::kPi * (1 - rho)),
@@ -241,7 +240,7 @@ TEST(Tracer, IntegratingSphereAddsUpAllBounces) {
 }
 
 TEST(Tracer, ThreadsDoNotChangeABit) {
-  auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
+  auto objects = oneObject(bumpySphere(StagePoint(0, 0, 0), 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
   objects.push_back({box({0, 0, -1.2}, {3, 3, 0.2}, 1),
                      material::Ward{{0.4f, 0.4f, 0.4f}, {0.3f, 0.3f, 0.3f}, {0.1, 0.3}}});
   const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 40, 50);
@@ -255,7 +254,8 @@ TEST(Tracer, ThreadsDoNotChangeABit) {
 }
 
 TEST(Tracer, LightsDoNotKnowOfEachOther) {
-  const auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
+  const auto objects =
+      oneObject(bumpySphere(StagePoint(0, 0, 0), 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
   const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 16, 20);
   const TracedView both = trace(objects, camera, {sun(unit(1, 1, 1)), sun(unit(-1, 1, 2))}, samples(8)),
                    second = trace(objects, camera, {sun(unit(-1, 1, 2))}, samples(8));
@@ -263,7 +263,8 @@ TEST(Tracer, LightsDoNotKnowOfEachOther) {
 }
 
 TEST(Tracer, SeedsAndViewsHaveTheirOwnNoise) {
-  const auto objects = oneObject(bumpySphere(kOrigin, 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
+  const auto objects =
+      oneObject(bumpySphere(StagePoint(0, 0, 0), 0.8, 0.2, 6, 64), material::Lambert{kAlbedo});
   const StageScene scene(objects);
   const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 16, 20);
   const std::vector<capture::Light> lights{sun(unit(1, 1, 1))};
@@ -280,7 +281,7 @@ TEST(Tracer, MovingEverythingChangesNothing) {
   const auto warp = warp::rigidWarp(axis, Angle::fromDegrees(70), {0, 0, 0}, shift);
   const Mat3<double> turn = Eigen::AngleAxisd(Angle::fromDegrees(70).radians(), axis).toRotationMatrix();
   const material::Ward brushed{{0.1f, 0.2f, 0.3f}, {0.5f, 0.5f, 0.5f}, {0.1, 0.5}};
-  const Surface rest = bumpySphere(kOrigin, 0.8, 0.2, 6, 128);
+  const Surface rest = bumpySphere(StagePoint(0, 0, 0), 0.8, 0.2, 6, 128);
   const capture::Camera camera = setPlaces(unit(1, 0.3, 0.6), 5, 24, 50);
   capture::Camera moved = camera;
   moved.cameraFromWorld = {camera.cameraFromWorld.rotation() * turn.transpose(),
@@ -303,7 +304,7 @@ TEST(Tracer, MovingEverythingChangesNothing) {
 TEST(Tracer, CancelledWorkStops) {
   Progress progress;
   progress.cancelled = [] { return true; };
-  EXPECT_THROW(traceView(StageScene(oneObject(sphere(kOrigin, 1, 8), material::Lambert{})),
+  EXPECT_THROW(traceView(StageScene(oneObject(sphere(StagePoint(0, 0, 0), 1, 8), material::Lambert{})),
                          setPlaces(unit(1, 0, 0), 5, 8, 8), 0, std::vector{sun(unit(1, 0, 0))}, {}, progress),
                Cancelled);
 }

@@ -11,12 +11,11 @@ namespace surflect::stage {
 namespace {
 
 using Vector = Vec3<double>;
-constexpr double kPi = std::numbers::pi;
 
 std::vector<CurvePoint> ring(size_t count, double radius, double thickness) {
   std::vector<CurvePoint> points;
   for (size_t i = 0; i < count; ++i) {
-    const double phi = 2 * kPi * static_cast<double>(i) / static_cast<double>(count);
+    const double phi = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
     points.push_back({Vector(radius * std::cos(phi), radius * std::sin(phi), 0), thickness});
   }
   return points;
@@ -35,8 +34,10 @@ TEST(Tube, RoundALineIsACylinderWithHalfSpheres) {
     const Surface rod =
         tube(std::vector<CurvePoint>{{Vector(1, 1, 1), r}, {Vector(1, 1, 1) + way, r}}, false, 128);
     EXPECT_TRUE(isClosed(rod.mesh));
-    EXPECT_NEAR(volumeOf(rod.mesh), kPi * r * r * l + 4 * kPi / 3 * r * r * r, 2e-3 * (l + r) * r * r * kPi);
-    EXPECT_NEAR(areaOf(rod.mesh), 2 * kPi * r * l + 4 * kPi * r * r, 2e-3 * 2 * kPi * r * (l + 2 * r));
+    EXPECT_NEAR(volumeOf(rod.mesh), std::numbers::pi * r * r * l + 4 * std::numbers::pi / 3 * r * r * r,
+                2e-3 * (l + r) * r * r * std::numbers::pi);
+    EXPECT_NEAR(areaOf(rod.mesh), 2 * std::numbers::pi * r * l + 4 * std::numbers::pi * r * r,
+                2e-3 * 2 * std::numbers::pi * r * (l + 2 * r));
     EXPECT_LT(largestTilt(rod), 0.06);
     for (size_t i = 0; i < rod.tangents.size(); ++i) { // along the rod, but at its round ends
       const double along =
@@ -52,8 +53,8 @@ TEST(Tube, RoundACircleIsATorus) {
   const double big = 1, small = 0.25;
   const Surface torus = tube(ring(64, big, small), true, 256);
   EXPECT_TRUE(isClosed(torus.mesh));
-  EXPECT_NEAR(volumeOf(torus.mesh), 2 * kPi * kPi * big * small * small, 2e-3);
-  EXPECT_NEAR(areaOf(torus.mesh), 4 * kPi * kPi * big * small, 1e-2);
+  EXPECT_NEAR(volumeOf(torus.mesh), 2 * std::numbers::pi * std::numbers::pi * big * small * small, 2e-3);
+  EXPECT_NEAR(areaOf(torus.mesh), 4 * std::numbers::pi * std::numbers::pi * big * small, 1e-2);
   for (size_t i = 0; i < torus.tangents.size(); ++i) EXPECT_NEAR(torus.tangents[i].raw().z(), 0, 1e-2);
 }
 
@@ -69,7 +70,7 @@ TEST(Tube, EndsInAPointWhereItHasNoThickness) {
   const Surface hair =
       tube(std::vector<CurvePoint>{{Vector(0, 0, 0), 0.1}, {Vector(0, 0, 1), 0}}, false, 128);
   EXPECT_TRUE(isClosed(hair.mesh));
-  EXPECT_NEAR(volumeOf(hair.mesh), kPi * 0.01 / 3 + 2 * kPi / 3 * 0.001, 2e-5);
+  EXPECT_NEAR(volumeOf(hair.mesh), std::numbers::pi * 0.01 / 3 + 2 * std::numbers::pi / 3 * 0.001, 2e-5);
 }
 
 TEST(Braid, StrandsPassOverEachOtherInTurn) {

@@ -13,7 +13,7 @@
 namespace surflect::surfels {
 namespace {
 
-class Reference : public testing::Test {
+class Reference : public ::testing::Test {
 protected:
   ~Reference() override { std::filesystem::remove_all(folder_); }
   model::Model doll(size_t views) const {
@@ -22,8 +22,8 @@ protected:
                           {.surfels = 2000, .views = views, .lights = 6, .width = 100, .height = 132});
     return model::openModel(folder_);
   }
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) /
-                                  testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) /
+                                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
 // Includes so few views that fallback views are used, and warps that turn unseen parts towards the viewer.

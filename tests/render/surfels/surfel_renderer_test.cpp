@@ -133,8 +133,8 @@ TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   EXPECT_EQ(
       image::errorOf([&] { render::openRenderer(folder.path()); }),
       (folder / "manifest.json").string() +
-          ": format: found \"spherical\", expected \"surflect model\", \"surflect surface light field\" or "
-          "\"surflect lumigraph\"");
+          ": format: found \"spherical\", expected \"surflect model\", \"surflect surface light field\", "
+          "\"surflect lumigraph\" or \"surflect light field maps\"");
 }
 
 } // namespace

@@ -189,7 +189,7 @@ TEST(Charts, FittedOnesHaveTheMostTexelsAndAreAsThoseOfTheirSize) {
   expectOneToOne(mesh, fitted.charts);
   const AtlasReport report = atlasReport(mesh, fitted.charts, fitted.texelSize);
   EXPECT_LT(report.cost, 1.25);
-  // Those that need not change are the charts of the wanted size.
+  // Charts that need not change have the wanted size.
   const FittedCharts free = fittedCharts(mesh, regions, 0.02, 1'000'000);
   const std::vector<Chart> charts = chartsOf(mesh, regions, 0.02);
   EXPECT_EQ(free.texelSize, 0.02);

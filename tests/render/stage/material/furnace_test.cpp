@@ -7,7 +7,7 @@
 namespace surflect::material {
 namespace {
 
-constexpr double cosines[] = {1, 0.9, 0.6, 0.3, 0.1, 0.03, 0.01, 0.002};
+constexpr double kManyCosines[] = {1, 0.9, 0.6, 0.3, 0.1, 0.03, 0.01, 0.002};
 constexpr double alphas[] = {0.002, 0.015, 0.05, 0.1, 0.17, 0.3, 0.5, 0.72, 1};
 
 void expectWhite(const Material& material, const ShadingDirection& wo, const std::string& what) {
@@ -17,7 +17,7 @@ void expectWhite(const Material& material, const ShadingDirection& wo, const std
 }
 
 TEST(WhiteFurnace, Diffuse) {
-  for (const double mu : cosines) {
+  for (const double mu : kManyCosines) {
     EXPECT_NEAR(albedo(Lambert{{1, 1, 1}}, zoo::at(mu, 1)).g, 1, 1e-6);
     for (const double roughness : {0.0, 0.3, 1.0})
       expectWhite(RoughDiffuse{{1, 1, 1}, roughness}, zoo::at(mu, 1), "rough diffuse");
@@ -26,7 +26,7 @@ TEST(WhiteFurnace, Diffuse) {
 
 TEST(WhiteFurnace, Conductors) {
   for (const double alpha : alphas)
-    for (const double mu : cosines)
+    for (const double mu : kManyCosines)
       expectWhite(zoo::conductor(alpha, alpha), zoo::at(mu, 1), "alpha " + std::to_string(alpha));
 }
 
@@ -41,14 +41,14 @@ TEST(WhiteFurnace, BrushedConductors) {
 
 TEST(WhiteFurnace, GlassFromOutsideAndInside) {
   for (const double alpha : alphas)
-    for (const double mu : cosines)
+    for (const double mu : kManyCosines)
       for (const double side : {1.0, -1.0})
         expectWhite(zoo::glass(alpha), zoo::at(side * mu, 1), "alpha " + std::to_string(alpha));
 }
 
 TEST(WhiteFurnace, VarnishOnWhite) {
   for (const double alpha : {0.0, 0.05, 0.3, 1.0})
-    for (const double mu : cosines)
+    for (const double mu : kManyCosines)
       expectWhite(zoo::coat(alpha, Lambert{{1, 1, 1}}), zoo::at(mu, 1), "alpha " + std::to_string(alpha));
 }
 
@@ -58,7 +58,7 @@ TEST(WhiteFurnace, NothingElseGainsMoreThanItsTables) {
   smooth.alpha = {0, 0};
   const RoughDiffuse rough{{1, 1, 1}, 1};
   const Ward ward{{0, 0, 0}, {1, 1, 1}, {0.2, 0.2}};
-  for (const double mu : cosines)
+  for (const double mu : kManyCosines)
     for (const double alpha : {0.0, 0.05, 0.3, 1.0})
       for (const CoatBase& base : {CoatBase(smooth), CoatBase(brushed), CoatBase(rough), CoatBase(ward)})
         EXPECT_LT(albedo(zoo::coat(alpha, base), zoo::at(mu, 1), 1 << 13).r, 1.005)

@@ -9,12 +9,12 @@
 namespace surflect::material {
 namespace {
 
-constexpr double cosines[] = {1, 0.7, 0.3, 0.05, 0.01};
+constexpr double kCosines[] = {1, 0.7, 0.3, 0.05, 0.01};
 
 // With an azimuth that is on no axis; glass from both sides.
 std::vector<ShadingDirection> viewsOf(const Material& material) {
   std::vector<ShadingDirection> views;
-  for (const double mu : cosines) {
+  for (const double mu : kCosines) {
     views.push_back(zoo::at(mu, 0.5));
     if (zoo::isTwoSided(material)) views.push_back(zoo::at(-mu, 0.5));
   }
