@@ -89,9 +89,13 @@ void store(const Factors& factors, const Rings& rings, const RingRows& rows, uin
     });
 }
 
-void storeMeans(const MeanShares& means, LightFieldMaps& maps) {
+// Means above this many times white are cut off, so that few bright samples do not take all codes.
+constexpr float kBrightestMean = 4;
+
+void storeMeans(const MeanShares& means, float white, LightFieldMaps& maps) {
   const size_t samples = PatchGrid::samples(maps.samples);
-  if (const float largest = means.largest(); largest > 0) maps.meanWhite = largest;
+  if (const float largest = means.largest(); largest > 0)
+    maps.meanWhite = std::min(largest, kBrightestMean * white);
   tbb::parallel_for(size_t{0}, maps.mesh.triangles.size(), [&](size_t triangle) {
     for (size_t sample = 0; sample < samples; ++sample)
       for (size_t channel = 0; channel < 3; ++channel)
@@ -106,6 +110,8 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
                      const Progress& progress) {
   if (options.terms > kMostTerms)
     throw Error::mismatch("0.." + std::to_string(kMostTerms), std::to_string(options.terms)).at("terms");
+  if (options.terms == 0 && options.method == Method::nmf)
+    throw Error("found 0, expected at least 1 for nmf, which has no mean").at("terms");
   const PatchGrid patch(options.samples);
   const ViewGrid grid(options.viewSize);
   report = {};
@@ -195,7 +201,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   }
   report.resampledBytes = resampledBytes(maps.mesh.triangles.size(), patch.samples(), grid.cells());
   report.normalizedBytes = normalizedBytes(triangleViews, patch.samples());
-  if (options.method == Method::pca) storeMeans(means, maps);
+  if (options.method == Method::pca) storeMeans(means, static_cast<float>(report.white), maps);
   return maps;
 }
 

@@ -59,6 +59,7 @@ LfmRenderer::LfmRenderer(const std::filesystem::path& folder, const LfmOptions& 
     : full_(checked(options)), context_(gl::contextOfThread()) {
   OpenedMaps opened = openMaps(folder, progress);
   frames_ = std::make_unique<FrameRenderer>(opened.maps, context_->describe().limits);
+  isProgressive_ = opened.maps.method == Method::pca;
   points_ = std::move(opened.maps.mesh.positions);
   description_.folder = folder;
   description_.counts = {{"terms", opened.maps.terms.size()},
@@ -71,18 +72,23 @@ LfmRenderer::LfmRenderer(const std::filesystem::path& folder, const LfmOptions& 
   turn({});
 }
 
+size_t LfmRenderer::fullTerms() const {
+  return std::min(description_.counts.at("terms"), full_.frame.terms.value_or(kMostTerms));
+}
+
 std::vector<knobs::Knob> LfmRenderer::knobs() const {
-  const size_t terms = std::min(description_.counts.at("terms"), full_.frame.terms.value_or(kMostTerms));
-  knobs::Knob knob{"terms", "approximation terms that are added to the mean", {}};
-  for (size_t k = terms + 1; k-- > 0;) knob.values.push_back(static_cast<double>(k));
-  return {knob, lightfield::samplesKnob(full_.samples)};
+  std::vector<knobs::Knob> all{lightfield::samplesKnob(full_.samples)};
+  if (!isProgressive_) return all;
+  knobs::Knob& terms = all.emplace_back();
+  terms.name = "terms", terms.meaning = "approximation terms that are added to the mean";
+  for (size_t k = fullTerms() + 1; k-- > 0;) terms.values.push_back(static_cast<double>(k));
+  return all;
 }
 
 void LfmRenderer::turn(const knobs::Setting& setting) {
-  const std::vector<knobs::Knob> all = knobs();
-  knobs::requireKnobs(all, setting);
+  knobs::requireKnobs(knobs(), setting);
   LfmOptions options = full_;
-  options.frame.terms = termsOf(setting, static_cast<size_t>(all[0].values[0]));
+  options.frame.terms = termsOf(setting, fullTerms());
   options.samples = lightfield::samplesOf(setting, full_.samples);
   options_ = options;
   description_.identity = identityOf(folderIdentity_, options_, context_->describe());

@@ -29,7 +29,7 @@ public:
                        const Progress& progress = {});
 
   const render::Description& describe() const override { return description_; }
-  // "samples", and "terms" of those that are asked for.
+  // "samples"; with PCA also "terms". Those of NMF have no order: a part of them approximates nothing.
   std::vector<knobs::Knob> knobs() const override;
   void turn(const knobs::Setting& setting) override;
   // AOV: "depth". Throws Error as requireBaked() and FrameRenderer::render() do.
@@ -38,11 +38,14 @@ public:
   render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
 
 private:
+  size_t fullTerms() const;
+
   const LfmOptions full_;
   LfmOptions options_; // as the knobs are set
   const std::shared_ptr<const gl::Context> context_;
   std::vector<Point3<AcquisitionSpace>> points_;
   uint64_t folderIdentity_ = 0;
+  bool isProgressive_ = true;
   render::Description description_;
   std::unique_ptr<FrameRenderer> frames_; // of the context
 };

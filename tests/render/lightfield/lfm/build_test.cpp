@@ -85,6 +85,20 @@ TEST(LfmBuild, OneTermHasWhatChangesInOneWayWithTheDirection) {
   EXPECT_GT(meanSquares, 10 * squares);
 }
 
+// The middle of a cube's face is a sample.
+TEST(LfmBuild, OneBrightSampleLeavesTheOthersTheirCodes) {
+  const auto spotted = [](const Vec3<double>& p, const Vec3<double>&) {
+    const bool isSpot = p.x() > 0.49 && std::abs(p.y()) < 0.04 && std::abs(p.z()) < 0.04;
+    return isSpot ? Rgb{3000, 3000, 3000} : Rgb{0.1f, 0.1f, 0.1f};
+  };
+  const Built built(spotted);
+  EXPECT_FLOAT_EQ(built.maps.meanWhite, static_cast<float>(4 * built.report.white)); // the spot is brighter
+  for (size_t triangle = 0; triangle < built.maps.mesh.triangles.size(); ++triangle)
+    if (areaVector(built.maps.mesh, triangle).normalized().x() < -0.9) {
+      EXPECT_NEAR(meanValue(built.maps, {triangle, 0.3, 0.3})[0], 0.1, 0.005);
+    }
+}
+
 TEST(LfmBuild, ReportsSizesAsThePaperCountsThem) {
   const Built built(constant);
   EXPECT_EQ(built.report.resampledBytes, 3u * 12 * 15 * 64);
@@ -121,6 +135,8 @@ TEST(LfmBuild, OptionsOutOfRangeAreRefusedAndWorkIsCancelled) {
   BuildReport report;
   EXPECT_EQ(image::errorOf([&] { build(built.views, {.terms = 65}, report); }),
             "terms: found 65, expected 0..64");
+  EXPECT_EQ(image::errorOf([&] { build(built.views, {.method = Method::nmf, .terms = 0}, report); }),
+            "terms: found 0, expected at least 1 for nmf, which has no mean");
   EXPECT_THROW(build(built.views, {.samples = 1}, report), Error);
   EXPECT_THROW(build(built.views, {.viewSize = 1}, report), Error);
   const Progress stop{.report = {}, .cancelled = [] { return true; }};
