@@ -66,8 +66,7 @@ Json runLfm(const Arguments& arguments, const Progress& progress) {
   report.seconds["compression"] = compression.seconds();
   lfm::writeMaps(built, views.capture(), output, progress);
   const lfm::MapBytes maps = lfm::bytesOf(built);
-  std::vector<double> rms;
-  for (const lfm::FactorError& error : report.errors) rms.push_back(error.rms() / report.white);
+  const std::vector<double> rms = lfm::relativeErrors(report);
   const uint64_t photographBytes = pictureBytes(views);
   const double unseen =
       static_cast<double>(report.unseenRows) / static_cast<double>(std::max<size_t>(1, report.rows));

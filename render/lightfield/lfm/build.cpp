@@ -8,6 +8,7 @@
 #include "render/lightfield/lfm/patch_grid.h"
 #include "render/lightfield/lfm/quantization.h"
 #include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/unseen_vertices.h"
 #include "render/lightfield/lfm/view_grid.h"
 #include "surfel/base/error.h"
@@ -26,7 +27,8 @@ namespace surflect::lfm {
 
 namespace {
 
-// Mean radiance that each corner of a triangle adds to its samples: [triangle][sample][corner][channel].
+// Mean root of radiance that each corner of a triangle adds to its samples:
+// [triangle][sample][corner][channel].
 class MeanShares {
 public:
   MeanShares(size_t triangles, size_t samples) : samples_(samples), values_(9 * triangles * samples, 0.f) {}
@@ -64,38 +66,39 @@ void store(const Factors& factors, const Rings& rings, const RingRows& rows, uin
            LightFieldMaps& maps, MeanShares& means) {
   const size_t samples = PatchGrid::samples(maps.samples);
   const std::span<const RingTriangle> ring = rings.around(vertex);
-  // Calls work(triangle, sample, corner, row) for all samples that have a row.
-  const auto forSamples = [&](const auto& work) {
-    for (size_t r = 0; r < ring.size(); ++r)
-      for (size_t sample = 0; sample < samples; ++sample)
-        if (const uint32_t row = rows.rowOf[r * samples + sample]; row != RingRows::kNone)
-          work(ring[r].triangle, sample, ring[r].corner, row);
-  };
+  const PatchGrid grid(maps.samples);
   for (size_t k = 0; k < factors.terms.size(); ++k) {
     const FactorTerm& factor = factors.terms[k];
     Term& term = maps.terms[k];
-    const float surfaceScale = scaleOf(factor.surface), viewScale = scaleOf(factor.view);
+    std::vector<float> withoutHat(factor.surface);
+    for (size_t row = 0; row < rows.rows(); ++row) withoutHat[row] /= rows.hats[row];
+    const float surfaceScale = scaleOf(withoutHat), viewScale = scaleOf(factor.view);
     term.scale[vertex] = surfaceScale * viewScale;
-    const std::vector<uint8_t> surface = bytesOfMap(factor.surface, surfaceScale, maps.method),
+    const std::vector<uint8_t> surface = bytesOfMap(withoutHat, surfaceScale, maps.method),
                                view = bytesOfMap(factor.view, viewScale, maps.method);
     std::ranges::copy(view, term.view.maps.data.begin() + static_cast<std::ptrdiff_t>(vertex * view.size()));
-    forSamples([&](size_t triangle, size_t sample, size_t corner, size_t row) {
-      term.surface.maps.data[3 * (triangle * samples + sample) + corner] = surface[row];
-    });
+    for (size_t r = 0; r < ring.size(); ++r)
+      for (size_t sample = 0; sample < samples; ++sample) {
+        uint32_t row = rows.rowOf[r * samples + sample];
+        if (row == RingRows::kNone)
+          row = rows.rowOf[r * samples + grid.besideFarEdge(sample, ring[r].corner)];
+        term.surface.maps.data[3 * (ring[r].triangle * samples + sample) + ring[r].corner] = surface[row];
+      }
   }
-  if (!factors.mean.empty())
-    forSamples([&](size_t triangle, size_t sample, size_t corner, size_t row) {
-      std::copy_n(&factors.mean[3 * row], 3, means.at(triangle, sample, corner).begin());
-    });
+  for (size_t r = 0; r < ring.size() && !factors.mean.empty(); ++r)
+    for (size_t sample = 0; sample < samples; ++sample)
+      if (const uint32_t row = rows.rowOf[r * samples + sample]; row != RingRows::kNone)
+        std::copy_n(&factors.mean[3 * row], 3, means.at(ring[r].triangle, sample, ring[r].corner).begin());
 }
 
-// Means above this many times white are cut off, so that few bright samples do not take all codes.
-constexpr float kBrightestMean = 4;
+// Means above this many times the root of white are cut off, so that few bright samples do not take all
+// codes.
+constexpr double kBrightestMean = 2;
 
-void storeMeans(const MeanShares& means, float white, LightFieldMaps& maps) {
+void storeMeans(const MeanShares& means, double white, LightFieldMaps& maps) {
   const size_t samples = PatchGrid::samples(maps.samples);
   if (const float largest = means.largest(); largest > 0)
-    maps.meanWhite = std::min(largest, kBrightestMean * white);
+    maps.meanWhite = std::min(largest, static_cast<float>(kBrightestMean * rootOf(white)));
   tbb::parallel_for(size_t{0}, maps.mesh.triangles.size(), [&](size_t triangle) {
     for (size_t sample = 0; sample < samples; ++sample)
       for (size_t channel = 0; channel < 3; ++channel)
@@ -105,6 +108,12 @@ void storeMeans(const MeanShares& means, float white, LightFieldMaps& maps) {
 }
 
 } // namespace
+
+std::vector<double> relativeErrors(const BuildReport& report) {
+  std::vector<double> relative;
+  for (const FactorError& error : report.errors) relative.push_back(error.rms() / rootOf(report.white));
+  return relative;
+}
 
 LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options, BuildReport& report,
                      const Progress& progress) {
@@ -134,7 +143,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   const FactorizationOptions factorization{.method = options.method == Method::pca ? FactorMethod::pca
                                                                                    : FactorMethod::nmf,
                                            .terms = options.terms,
-                                           .tolerance = options.tolerance * report.white};
+                                           .tolerance = options.tolerance * rootOf(report.white)};
   MeanShares means(options.method == Method::pca ? maps.mesh.triangles.size() : 0, patch.samples());
   struct Result {
     std::vector<FactorError> errors; // after 0, 1, ... terms
@@ -144,7 +153,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   };
   const std::span<const uint32_t> vertices = rings.vertices();
   std::vector<Result> results(vertices.size());
-  std::vector<Vec3<float>> radiance(maps.mesh.positions.size(), Vec3<float>::Zero());
+  std::vector<Vec3<float>> roots(maps.mesh.positions.size(), Vec3<float>::Zero());
   std::vector<uint8_t> isSeen(maps.mesh.positions.size(), 0);
   const auto factorise = [&](size_t i, const VertexMatrix& matrix, const RingRows& rows) {
     const Stopwatch watch;
@@ -172,18 +181,18 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
     result.triangleViews = matrix.triangleViews;
     if (matrix.unseenRows < matrix.rows) {
       isSeen[vertices[i]] = 1;
-      radiance[vertices[i]] = meanRadiance(matrix, rows);
+      roots[vertices[i]] = meanRoot(matrix, rows);
       factorise(i, matrix, rows);
     }
     const std::scoped_lock lock(reporting);
     progress("factorise", static_cast<double>(++done) / static_cast<double>(vertices.size()));
   });
-  spreadToUnseen(rings, isSeen, radiance);
+  spreadToUnseen(rings, isSeen, roots);
   tbb::parallel_for(size_t{0}, vertices.size(), [&](size_t i) {
     progress.checkpoint();
     if (isSeen[vertices[i]]) return;
     const RingRows rows = ringRows(rings, vertices[i], patch);
-    factorise(i, constantMatrix(rows, grid.cells(), radiance[vertices[i]]), rows);
+    factorise(i, constantMatrix(rows, grid.cells(), roots[vertices[i]]), rows);
   });
   report.vertices = vertices.size();
   size_t triangleViews = 0;
@@ -201,7 +210,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   }
   report.resampledBytes = resampledBytes(maps.mesh.triangles.size(), patch.samples(), grid.cells());
   report.normalizedBytes = normalizedBytes(triangleViews, patch.samples());
-  if (options.method == Method::pca) storeMeans(means, static_cast<float>(report.white), maps);
+  if (options.method == Method::pca) storeMeans(means, report.white, maps);
   return maps;
 }
 

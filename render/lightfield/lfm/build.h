@@ -18,14 +18,15 @@ namespace surflect::lfm {
 struct BuildOptions {
   Method method = Method::pca;
   size_t terms = 3;     // of each vertex, at most
-  double tolerance = 0; // RMS error relative to white, below which a vertex takes no more terms; 0: all
+  double tolerance = 0; // RMS error as relativeErrors(), below which a vertex takes no more terms; 0: all
   int samples = 24;     // along a triangle's edge
   int viewSize = 32;
   Visible visible = Visible::sample;
 };
 
 struct BuildReport {
-  std::vector<FactorError> errors; // of all vertices after 0, 1, ... terms, before quantisation
+  // Of the square roots of all vertices after 0, 1, ... terms, before quantisation
+  std::vector<FactorError> errors;
   size_t photographs = 0, vertices = 0, unseenVertices = 0;
   double white = 1;                // radiance that 99.5 % of the object's pixels do not exceed
   double meanTerms = 0;            // of a vertex
@@ -33,6 +34,9 @@ struct BuildReport {
   uint64_t resampledBytes = 0, normalizedBytes = 0; // vertex_matrix.h
   std::map<std::string, double> seconds;            // by step; of matrices and factors, summed over threads
 };
+
+// RMS errors after 0, 1, ... terms, relative to the square root of white: a 255th is a step of bytes.
+std::vector<double> relativeErrors(const BuildReport& report);
 
 // Maps of the views' mesh; matrices are made and factorised vertex by vertex. Only training views are read.
 // Equal for any number of threads. Throws Error, also for options out of range, and Cancelled.

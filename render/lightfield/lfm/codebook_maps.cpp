@@ -20,20 +20,44 @@ uint8_t byteOf(Method method, float value) {
   return method == Method::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
 }
 
+// Factors of the bytes of a map in what is compared: for surface maps the hat function of corner 0, by which
+// a map counts; 1 for other maps.
+std::vector<float> factorsOf(const MapShape& shape) {
+  std::vector<float> factors(shape.bytes(), 1);
+  if (shape.kind != MapShape::Kind::patch || shape.channels != 1) return factors;
+  const PatchGrid grid(shape.size);
+  for (size_t sample = 0; sample < factors.size(); ++sample)
+    factors[sample] = static_cast<float>(grid.barycentrics(sample)[0]);
+  return factors;
+}
+
+// Values of a codeword without the factors; where a factor is 0, on the edge opposite to corner 0, the value
+// is that of the sample beside it.
+std::vector<float> withoutFactors(std::span<const float> codeword, std::span<const float> factors,
+                                  const MapShape& shape) {
+  std::vector<float> values(codeword.begin(), codeword.end());
+  const PatchGrid grid(shape.size);
+  const auto valueOf = [&](size_t i) { return codeword[i] / factors[i]; };
+  for (size_t i = 0; i < values.size(); ++i)
+    values[i] = factors[i] > 0 ? valueOf(i) : valueOf(grid.besideFarEdge(i, 0));
+  return values;
+}
+
 // Codebook for the maps of all users whose weight is above 0. `method` tells how bytes are read.
 MapTable codebookTable(const MapTable& table, const MapShape& shape, Method method,
                        std::span<const float> weightOf, const MapCodebookOptions& options,
                        const Progress& progress) {
   assert(table.maps.coding == Coding::bytes);
+  const std::vector<float> factors = factorsOf(shape);
   std::vector<uint32_t> users;
   std::vector<float> values, weights;
   for (uint32_t user = 0; user < table.mapOf.size(); ++user) {
     if (table.mapOf[user] == kNoMap || !(weightOf[user] > 0)) continue;
     users.push_back(user);
     weights.push_back(weightOf[user]);
-    for (const uint8_t byte :
-         std::span(table.maps.data).subspan(table.mapOf[user] * shape.bytes(), shape.bytes()))
-      values.push_back(static_cast<float>(valueOf(method, byte)));
+    const uint8_t* map = &table.maps.data[table.mapOf[user] * shape.bytes()];
+    for (size_t i = 0; i < shape.bytes(); ++i)
+      values.push_back(factors[i] * static_cast<float>(valueOf(method, map[i])));
   }
   MapTable result;
   result.mapOf.assign(table.mapOf.size(), kNoMap);
@@ -45,7 +69,9 @@ MapTable codebookTable(const MapTable& table, const MapShape& shape, Method meth
     bounds.codewords = static_cast<size_t>(std::ceil(static_cast<double>(users.size()) / options.ratio));
   const Codebook codebook = codebookOf({shape.bytes(), values, weights}, bounds, progress);
   result.maps.count = codebook.size();
-  for (const float value : codebook.codewords) result.maps.data.push_back(byteOf(method, value));
+  for (size_t codeword = 0; codeword < codebook.size(); ++codeword)
+    for (const float value : withoutFactors(codebook.codeword(codeword), factors, shape))
+      result.maps.data.push_back(byteOf(method, value));
   for (size_t i = 0; i < users.size(); ++i) result.mapOf[users[i]] = codebook.indices[i];
   return result;
 }

@@ -5,7 +5,7 @@
 //   - the text "lfm maps"
 //   - 8 bytes each: vertices, triangles, method, layout, samples, view size, terms; coding of surface maps,
 //     of view maps and of the mean
-//   - a float: radiance of byte 255 of the mean
+//   - a float: root of the radiance of byte 255 of the mean (root_radiance.h)
 //   - for each vertex 6 floats: its x axis, its z axis
 //   - for each term: scale of each vertex (float), table of surface maps, table of view maps
 //   - table of mean maps
@@ -28,7 +28,7 @@
 namespace surflect::lfm {
 
 inline constexpr const char* kFormatTag = "surflect light field maps";
-inline constexpr int kFormatVersion = 1;
+inline constexpr int kFormatVersion = 2;
 inline constexpr const char* kMapsFile = "maps.bin";
 
 // Content of maps.bin.

@@ -1,6 +1,7 @@
 #include "render/lightfield/lfm/lfm_frame.h"
 
 #include "render/gl/draw.h"
+#include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/shaders.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/bounds.h"
@@ -132,7 +133,7 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
     const bool isObject = depth < 1;
     for (size_t channel = 0; channel < 3; ++channel) {
       float& value = frame.color.values[4 * i + channel];
-      value = isObject ? white * std::max(value, 0.f) : 0.f;
+      value = isObject ? white * radianceOf(value) : 0.f;
     }
     frame.color.values[4 * i + 3] = isObject ? 1.f : 0.f;
     depth = isObject ? distanceOf(depth, range) : std::numeric_limits<float>::infinity();
@@ -149,7 +150,7 @@ void FrameRenderer::drawAll(const FrameOptions& options, FrameStats& stats) {
   };
   if (options.passes == Passes::single) return draw({hasMean_, 0, terms}, 1);
   const bool isClamped = options.passes == Passes::clamped;
-  const float factor = isClamped ? static_cast<float>(1 / options.white) : 1;
+  const float factor = isClamped ? static_cast<float>(1 / rootOf(options.white)) : 1;
   if (hasMean_) draw({true, 0, 0}, factor);
   for (size_t k = 0; k < terms; ++k) {
     draw({false, k, k + 1}, factor);

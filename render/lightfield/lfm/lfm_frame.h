@@ -8,7 +8,8 @@
 //   - clamped: a target of 8 bits, 0..1. One pass for the mean and for each positive term; two for a signed
 //     term M, which add max(M, 0) and subtract max(-M, 0) [Chen et al. 2002, §3.1]
 //
-// The first two differ in the last bits of a float.
+// The first two differ in the last bits of a float. Targets hold roots of radiance (root_radiance.h), which
+// are squared when they are read.
 #pragma once
 
 #include "render/gl/context.h"
@@ -35,7 +36,7 @@ enum class Passes { single, perTerm, clamped };
 struct FrameOptions {
   Passes passes = Passes::single;
   std::optional<size_t> terms = {}; // the first so many; none: all
-  double white = 1;                 // radiance of 1 in a clamped target
+  double white = 1;                 // largest radiance in a clamped target
 };
 
 struct FrameStats {

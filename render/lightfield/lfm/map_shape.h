@@ -37,10 +37,9 @@ inline double valueOf(Method method, uint8_t byte) {
   return method == Method::pca ? std::max(static_cast<int8_t>(byte) / 127.0, -1.0) : byte / 255.0;
 }
 
-// Byte of a mean map whose radiance is nearest; half a step of its code is at most 1 / 510.
-inline uint8_t meanByte(double radiance, double white) {
-  const double code = std::sqrt(std::clamp(radiance / white, 0.0, 1.0));
-  return static_cast<uint8_t>(std::lround(255 * code));
+// Nearest byte of a mean map.
+inline uint8_t meanByte(double root, double white) {
+  return static_cast<uint8_t>(std::lround(255 * std::clamp(root / white, 0.0, 1.0)));
 }
 
 // Maps of bytes with the users' sizes and nothing in them: each user has a map of its own.

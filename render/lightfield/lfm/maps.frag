@@ -1,5 +1,6 @@
 #version 450 core
-// The mean and a range of approximation terms of light field maps. [Chen et al. 2002, Eqs. 3, 6 and 7]
+// Sum of the mean and a range of approximation terms of light field maps, a square root of radiance.
+// [Chen et al. 2002, Eqs. 3, 6 and 7]
 layout(binding = 0) uniform sampler2DArray surfaceMaps;
 layout(binding = 1) uniform sampler2DArray viewMaps;
 layout(binding = 2) uniform sampler2DArray meanMaps;
@@ -14,11 +15,11 @@ uniform int termCount;         // of the model: texels of a triangle in `places`
 uniform bool withMean;
 uniform int firstTerm, endTerm;
 uniform float factor;          // of the result
-uniform bool cutsNegative;     // whether negative colours are 0
+uniform bool cutsNegative;     // whether negative sums are 0
 in vec2 barycentrics;
 in vec3 towards[3];
 flat in int triangle;
-out vec4 radiance;
+out vec4 root;
 
 // Linear interpolation between three neighbouring samples of a triangle; blendAt() in patch_blend.h.
 struct PatchBlend {
@@ -96,10 +97,8 @@ void main() {
   int texelsOfTerm = isPacked ? 4 : 6;
   int first = triangle * (1 + termCount * texelsOfTerm);
   vec3 sum = vec3(0.0);
-  if (withMean) {
-    vec3 code = patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
-    sum = meanWhite * code * code;
-  }
+  if (withMean) sum = meanWhite * patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
+  vec3 hats = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
   for (int k = firstTerm; k < endTerm; ++k) {
     int n = first + 1 + k * texelsOfTerm;
     vec3 surface;
@@ -111,8 +110,9 @@ void main() {
                      cornerAt(placeAt(n + 2), blend, 2));
       n += 3;
     }
+    surface *= hats;
     for (int corner = 0; corner < 3; ++corner) sum += surface[corner] * viewAt(placeAt(n + corner), views[corner]);
   }
   sum *= factor;
-  radiance = vec4(cutsNegative ? max(sum, 0.0) : sum, 1.0);
+  root = vec4(cutsNegative ? max(sum, 0.0) : sum, 1.0);
 }

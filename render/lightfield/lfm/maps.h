@@ -3,16 +3,18 @@
 // [Chen et al. 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
 // Hardware Rendering of Surface Light Fields.
 //
-//   radiance(p, d) = mean(p) + sum over terms k, over corners v of p's triangle, of s_vk g_vk(p) h_vk(d)
+//   root(p, d) = mean(p) + sum over terms k, over corners v of p's triangle, of s_vk hat_v(p) g_vk(p) h_vk(d)
 //                                                                      [Chen et al. 2002, Eqs. 3 and 6]
-//   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h), the
-//      corner's hat function included
+//   hat  hat function of a corner: its barycentric coordinate. The paper stores hat g in one map, which no
+//        longer vanishes at the far edge once it is compressed
+//   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h)
 //   h  view map of a vertex: RGB for each cell of a square grid around the disc of directions. Centre of cell
 //      (x, y): ((x + 0.5) / size, (y + 0.5) / size) as discPoint() has it
 //   s  scale of a vertex and term; g and h are within -1..1
 //
-// All radiance is linear; sums below 0 are black. Between samples g and the mean's code are interpolated
-// linearly (blendAt()), h bilinearly between cell centres, constant beyond the outermost.
+// Radiance is the square of the root (root_radiance.h); roots below 0 are black. Between samples g and the
+// mean are interpolated linearly (blendAt()), h bilinearly between cell centres, constant beyond the
+// outermost.
 //
 // Sizes: 3 bytes for each texel of a view map, 3 for each sample of a triangle and term (one for each
 // corner).
@@ -73,8 +75,8 @@ struct LightFieldMaps {
   int samples = 24;  // along a triangle's edge
   int viewSize = 32; // cells of a view map along each side
   std::vector<Term> terms;
-  MapTable mean; // users: triangles; RGB of each sample: radiance meanWhite (byte / 255)^2. None for NMF
-  float meanWhite = 1; // radiance of byte 255
+  MapTable mean;       // users: triangles; RGB of each sample: root meanWhite byte / 255. None for NMF
+  float meanWhite = 1; // root of the radiance of byte 255
 };
 
 inline constexpr int kLeastViewSize = 2, kLargestViewSize = 256;

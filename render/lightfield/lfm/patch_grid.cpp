@@ -2,6 +2,7 @@
 
 #include "surfel/base/error.h"
 
+#include <cassert>
 #include <string>
 
 namespace surflect::lfm {
@@ -26,6 +27,16 @@ std::array<int, 3> PatchGrid::steps(size_t sample) const {
 Vec3<double> PatchGrid::barycentrics(size_t sample) const {
   const auto [a, b, c] = steps(sample);
   return Vec3<double>(a, b, c) / (n_ - 1);
+}
+
+size_t PatchGrid::besideFarEdge(size_t sample, size_t corner) const {
+  std::array<int, 3> to = steps(sample);
+  assert(to[corner] == 0);
+  int& second = to[(corner + 1) % 3];
+  int& third = to[(corner + 2) % 3];
+  ++to[corner];
+  --(second >= third ? second : third);
+  return index({to[1], to[2]});
 }
 
 int samplesPerEdgeFor(double pixels) {

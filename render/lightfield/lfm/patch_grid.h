@@ -33,6 +33,8 @@ public:
   PatchPlace place(size_t sample) const;
   // Barycentric coordinates in steps: whole numbers that sum to n - 1.
   std::array<int, 3> steps(size_t sample) const;
+  // Sample beside one on the edge opposite to a corner, a step nearer to the corner.
+  size_t besideFarEdge(size_t sample, size_t corner) const;
   // Barycentric coordinates, which are the hat functions of the triangle's corners  [Chen 2002, §2.1]
   Vec3<double> barycentrics(size_t sample) const;
 

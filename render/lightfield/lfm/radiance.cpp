@@ -2,6 +2,7 @@
 
 #include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/patch_blend.h"
+#include "render/lightfield/lfm/root_radiance.h"
 
 #include <algorithm>
 #include <cassert>
@@ -23,6 +24,7 @@ Color surfaceValues(const LightFieldMaps& maps, const Term& term, const Triangle
   const PatchGrid grid(maps.samples);
   const MapShape shape = surfaceShape(maps);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
+  const Color hats(1 - place.b - place.c, place.b, place.c);
   Color sum = Color::Zero();
   for (size_t corner = 0; corner < 3; ++corner) {
     const bool isPacked = maps.layout == SurfaceLayout::packed;
@@ -35,7 +37,7 @@ Color surfaceValues(const LightFieldMaps& maps, const Term& term, const Triangle
       sum[static_cast<Eigen::Index>(corner)] += blend.weights[i] * valueOf(maps.method, values[sample]);
     }
   }
-  return sum;
+  return hats.cwiseProduct(sum);
 }
 
 Color viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point) {
@@ -61,12 +63,12 @@ Color meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
   const PatchGrid grid(maps.samples);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
   const uint8_t* values = mapOf(maps.mean.maps, meanShape(maps), maps.mean.mapOf[place.triangle]);
-  Color code = Color::Zero();
+  Color sum = Color::Zero();
   for (size_t i = 0; i < 3; ++i) {
     const uint8_t* rgb = values + 3 * grid.index(blend.places[i]);
-    code += blend.weights[i] * Color(rgb[0], rgb[1], rgb[2]) / 255;
+    sum += blend.weights[i] * Color(rgb[0], rgb[1], rgb[2]) / 255;
   }
-  return maps.meanWhite * code.cwiseProduct(code);
+  return maps.meanWhite * sum;
 }
 
 Color termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
@@ -88,7 +90,7 @@ Color radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const D
   Color sum = meanValue(maps, place);
   for (size_t k = 0; k < std::min(terms, maps.terms.size()); ++k)
     sum += termValue(maps, maps.terms[k], place, points);
-  return sum.cwiseMax(0);
+  return sum.unaryExpr([](double root) { return radianceOf(root); });
 }
 
 } // namespace surflect::lfm

@@ -1,4 +1,5 @@
-// Radiance of vertices whose rings no photograph sees, from the vertices around them.
+// Roots of radiance (root_radiance.h) of vertices whose rings no photograph sees, from the vertices around
+// them.
 #pragma once
 
 #include "render/lightfield/lfm/rings.h"
@@ -12,15 +13,15 @@
 
 namespace surflect::lfm {
 
-// Mean radiance of a vertex over what photographs see of its ring, weighted by their fades and the hat
-// function; 0 if they see nothing. `rows` are those of the matrix.
-Vec3<float> meanRadiance(const VertexMatrix& matrix, const RingRows& rows);
+// Mean root of a vertex over what photographs see of its ring, weighted by their fades and the hat function;
+// 0 if they see nothing. `rows` are those of the matrix.
+Vec3<float> meanRoot(const VertexMatrix& matrix, const RingRows& rows);
 
 // Gives each vertex that is not seen the mean of its neighbours that are seen, or were given theirs in an
-// earlier round. Parts of the mesh without a seen vertex stay as they are. radiance, isSeen: #positions.
-void spreadToUnseen(const Rings& rings, std::span<const uint8_t> isSeen, std::span<Vec3<float>> radiance);
+// earlier round. Parts of the mesh without a seen vertex stay as they are. roots, isSeen: #positions.
+void spreadToUnseen(const Rings& rings, std::span<const uint8_t> isSeen, std::span<Vec3<float>> roots);
 
-// Matrix of a vertex with the same radiance everywhere, which counts as not observed.
-VertexMatrix constantMatrix(const RingRows& rows, size_t cells, const Vec3<float>& radiance);
+// Matrix of a vertex with the same root everywhere, which counts as not observed.
+VertexMatrix constantMatrix(const RingRows& rows, size_t cells, const Vec3<float>& root);
 
 } // namespace surflect::lfm

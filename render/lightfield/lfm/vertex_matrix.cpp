@@ -1,5 +1,6 @@
 #include "render/lightfield/lfm/vertex_matrix.h"
 
+#include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/vertex_frame.h"
 #include "render/lightfield/lfm/view_blend.h"
 
@@ -205,7 +206,7 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
   if (matrix.unseenRows > 0) fillUnseen(matrix, isSeen, neighborsOf(rows, field.patch));
   for (size_t row = 0; row < matrix.rows; ++row)
     for (float& value : std::span(matrix.values).subspan(3 * row * matrix.cells, 3 * matrix.cells))
-      value *= rows.hats[row];
+      value = rows.hats[row] * rootOf(value);
   return matrix;
 }
 

@@ -22,7 +22,8 @@ enum class Visible {
   triangle // those that see every sample of its triangle  [Chen 2002, §5.2]
 };
 
-// F[row, cell, channel] = hat(row) f(row, cell, channel)  [Chen 2002, Eqs. 2, 4]
+// F[row, cell, channel] = hat(row) f(row, cell, channel)  [Chen 2002, Eqs. 2, 4], where f is the square root
+// of the radiance (root_radiance.h)
 struct VertexMatrix {
   size_t rows = 0, cells = 0;
   std::vector<float> values; // rows x cells x 3

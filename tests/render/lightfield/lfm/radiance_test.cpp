@@ -111,6 +111,41 @@ TEST(LightFieldMaps, AreContinuousAcrossEdgesForEveryNumberOfTerms) {
     }
 }
 
+TEST(LightFieldMaps, OnAnEdgeTheOppositeCornerDoesNotCount) {
+  const LightFieldMaps maps = syntheticMaps(bumpySphere(4, 6), {.samples = 5});
+  std::mt19937 random(6);
+  const std::vector<EdgePlace> places = edgePlaces(maps.mesh, random);
+  for (size_t corner = 0; corner < 3; ++corner) {
+    LightFieldMaps changed = maps;
+    std::vector<uint8_t>& bytes = changed.terms[0].surface.maps.data;
+    for (size_t i = corner; i < bytes.size(); i += 3) bytes[i] ^= 0x55;
+    size_t checked = 0;
+    for (const auto& [place, other] : places) {
+      if (Vec3<double>(1 - place.b - place.c, place.b, place.c)[static_cast<int>(corner)] > 1e-12) continue;
+      const Direction d = assume<Direction>(randomUnit(random));
+      ASSERT_LT((radianceAt(maps, place, d, 3) - radianceAt(changed, place, d, 3)).norm(), 1e-12);
+      ++checked;
+    }
+    EXPECT_GT(checked, 20u);
+  }
+}
+
+TEST(PatchGrid, BesideTheFarEdgeIsAStepNearerToTheCorner) {
+  for (const int n : {2, 3, 6}) {
+    const PatchGrid grid(n);
+    for (size_t sample = 0; sample < grid.samples(); ++sample)
+      for (size_t corner = 0; corner < 3; ++corner) {
+        const std::array<int, 3> from = grid.steps(sample);
+        if (from[corner] > 0) continue;
+        const std::array<int, 3> to = grid.steps(grid.besideFarEdge(sample, corner));
+        int moved = 0;
+        for (size_t k = 0; k < 3; ++k) moved += std::abs(to[k] - from[k]);
+        EXPECT_EQ(to[corner], 1);
+        EXPECT_EQ(moved, 2);
+      }
+  }
+}
+
 TEST(LightFieldMaps, ScalarMapsHaveTheValuesOfPackedOnes) {
   const LightFieldMaps packed = syntheticMaps(bumpySphere(4, 6));
   LightFieldMaps scalar = packed;
@@ -136,9 +171,8 @@ TEST(LightFieldMaps, LinearMapsAreReproduced) {
   Term& term = maps.terms[0];
   for (size_t t = 0; t < 2; ++t)
     for (size_t sample = 0; sample < grid.samples(); ++sample)
-      for (size_t corner = 0; corner < 3; ++corner) // 30 times the steps, up to 120
-        term.surface.maps.data[3 * (t * grid.samples() + sample) + corner] =
-            static_cast<uint8_t>(30 * grid.steps(sample)[corner]);
+      for (size_t corner = 0; corner < 3; ++corner)
+        term.surface.maps.data[3 * (t * grid.samples() + sample) + corner] = 120;
   for (size_t v = 0; v < 4; ++v) {
     term.scale[v] = 2;
     for (size_t cell = 0; cell < size_t{size} * size; ++cell) {
@@ -155,7 +189,8 @@ TEST(LightFieldMaps, LinearMapsAreReproduced) {
     const DiscPoint point = discPoint(maps.frames[0], assume<Direction>(d));
     for (int axis = 0; axis < 2; ++axis) {
       const double cell = std::clamp(point[axis] * size - 0.5, 0.0, size - 1.0);
-      EXPECT_NEAR(found[axis], 2 * (120 / 127.0) * (7 * cell / 127), 1e-6); // hat functions sum to 1
+      EXPECT_NEAR(found[axis], std::pow(2 * (120 / 127.0) * (7 * cell / 127), 2),
+                  1e-6); // hat functions sum to 1
     }
     EXPECT_EQ(found[2], 0);
   }

@@ -72,15 +72,22 @@ inline LightFieldMaps syntheticMaps(TriangleMesh mesh, const SyntheticOptions& o
           return numberAt(maps.mesh.triangles[t], steps,
                           options.seed + 1000 * static_cast<unsigned>(k) + 7919 * vertex);
         };
-        const double hat = static_cast<double>(steps[corner]) / (options.samples - 1);
         for (size_t k = 0; k < options.terms; ++k)
-          maps.terms[k].surface.maps.data[at + corner] =
-              byteOf(isSigned ? 0.5 + hat * (numberOf(k) - 0.5) : hat * numberOf(k));
+          maps.terms[k].surface.maps.data[at + corner] = byteOf(numberOf(k));
         if (isSigned)
           maps.mean.maps.data[at + corner] = meanByte(
               0.6 + 0.4 * numberAt(maps.mesh.triangles[t], steps, options.seed + 31 + unsigned(corner)), 1);
       }
     }
+  // Beyond the last samples that count, a surface map goes on.
+  for (size_t t = 0; t < maps.mesh.triangles.size(); ++t)
+    for (size_t sample = 0; sample < grid.samples(); ++sample)
+      for (size_t corner = 0; corner < 3; ++corner)
+        for (Term& term : maps.terms)
+          if (grid.steps(sample)[corner] == 0)
+            term.surface.maps.data[3 * (t * grid.samples() + sample) + corner] =
+                term.surface.maps
+                    .data[3 * (t * grid.samples() + grid.besideFarEdge(sample, corner)) + corner];
   std::mt19937 random(options.seed);
   std::uniform_real_distribution<double> number(0, 1);
   for (size_t k = 0; k < options.terms; ++k) {
@@ -88,7 +95,7 @@ inline LightFieldMaps syntheticMaps(TriangleMesh mesh, const SyntheticOptions& o
     for (float& scale : maps.terms[k].scale)
       scale = static_cast<float>(number(random)) / static_cast<float>(1 + k);
   }
-  maps.meanWhite = 2;
+  maps.meanWhite = 1.4f;
   return maps;
 }
 

@@ -12,32 +12,32 @@
 namespace surflect::lfm {
 namespace {
 
-const Vec3<float> kRingColor(0.5f, 1, 2);
+const Vec3<float> kRingRoot(0.5f, 1, 2);
 
-TEST(UnseenVertices, AConstantMatrixIsItsRadianceTimesTheHatFunctionAndUnobserved) {
+TEST(UnseenVertices, AConstantMatrixIsItsRootTimesTheHatFunctionAndUnobserved) {
   const Rings rings(slf::testing::squarePatch(2));
   const RingRows rows = ringRows(rings, 4, PatchGrid(5));
-  const VertexMatrix matrix = constantMatrix(rows, 16, kRingColor);
+  const VertexMatrix matrix = constantMatrix(rows, 16, kRingRoot);
   EXPECT_EQ(matrix.unseenRows, matrix.rows);
   for (size_t row = 0; row < matrix.rows; ++row) {
     EXPECT_EQ(matrix.value(row, 7, 2), 2 * rows.hats[row]);
     EXPECT_EQ(matrix.weights[row * 16 + 7], 0);
   }
-  EXPECT_EQ(meanRadiance(matrix, rows), Vec3<float>(0, 0, 0));
+  EXPECT_EQ(meanRoot(matrix, rows), Vec3<float>(0, 0, 0));
 }
 
 TEST(UnseenVertices, TheMeanCountsObservedEntriesOnly) {
   const Rings rings(slf::testing::squarePatch(2));
   const RingRows rows = ringRows(rings, 4, PatchGrid(5));
-  VertexMatrix matrix = constantMatrix(rows, 16, kRingColor);
+  VertexMatrix matrix = constantMatrix(rows, 16, kRingRoot);
   for (size_t row = 0; row < matrix.rows; ++row) {
     matrix.weights[row * 16 + 7] = 0.25f;
     matrix.value(row, 8, 0) = 100;
   }
-  EXPECT_LT((meanRadiance(matrix, rows) - kRingColor).norm(), 1e-6);
+  EXPECT_LT((meanRoot(matrix, rows) - kRingRoot).norm(), 1e-6);
 }
 
-TEST(UnseenVertices, RadianceSpreadsFromSeenVerticesOutwards) {
+TEST(UnseenVertices, RootsSpreadFromSeenVerticesOutwards) {
   // A row of five squares, and a triangle apart.
   std::vector<Vec3<double>> positions;
   slf::testing::Triangles triangles;
@@ -53,14 +53,14 @@ TEST(UnseenVertices, RadianceSpreadsFromSeenVerticesOutwards) {
   mesh = slf::testing::together(mesh, slf::testing::meshOf({{9, 0, 0}, {9, 1, 0}, {9, 0, 1}}, {{0, 1, 2}}));
   const Rings rings(mesh);
   std::vector<uint8_t> isSeen(15, 0);
-  std::vector<Vec3<float>> radiance(15, Vec3<float>::Zero());
-  for (const uint32_t v : {0u, 1u}) isSeen[v] = 1, radiance[v] = kRingColor;
-  for (const uint32_t v : {10u, 11u}) isSeen[v] = 1, radiance[v] = 3 * kRingColor;
-  spreadToUnseen(rings, isSeen, radiance);
-  for (const uint32_t v : {2u, 3u}) EXPECT_LT((radiance[v] - kRingColor).norm(), 1e-6);
-  for (const uint32_t v : {8u, 9u}) EXPECT_LT((radiance[v] - 3 * kRingColor).norm(), 1e-6);
-  for (const uint32_t v : {12u, 13u, 14u}) EXPECT_EQ(radiance[v], Vec3<float>(0, 0, 0));
-  EXPECT_EQ(radiance[0], kRingColor);
+  std::vector<Vec3<float>> roots(15, Vec3<float>::Zero());
+  for (const uint32_t v : {0u, 1u}) isSeen[v] = 1, roots[v] = kRingRoot;
+  for (const uint32_t v : {10u, 11u}) isSeen[v] = 1, roots[v] = 3 * kRingRoot;
+  spreadToUnseen(rings, isSeen, roots);
+  for (const uint32_t v : {2u, 3u}) EXPECT_LT((roots[v] - kRingRoot).norm(), 1e-6);
+  for (const uint32_t v : {8u, 9u}) EXPECT_LT((roots[v] - 3 * kRingRoot).norm(), 1e-6);
+  for (const uint32_t v : {12u, 13u, 14u}) EXPECT_EQ(roots[v], Vec3<float>(0, 0, 0));
+  EXPECT_EQ(roots[0], kRingRoot);
 }
 
 } // namespace

@@ -53,7 +53,7 @@ LightFieldMaps codebookMaps(LightFieldMaps maps) {
 LightFieldMaps darkened(LightFieldMaps maps) {
   for (Term& term : maps.terms)
     for (float& scale : term.scale) scale *= 0.2f;
-  maps.meanWhite = 1;
+  maps.meanWhite = 0.8f;
   return maps;
 }
 
