@@ -6,6 +6,7 @@
 #include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/observe.h"
 #include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/lfm/patches.h"
 #include "render/lightfield/lfm/quantization.h"
 #include "render/lightfield/lfm/rings.h"
 #include "render/lightfield/lfm/root_radiance.h"
@@ -91,6 +92,9 @@ void store(const Factors& factors, const Rings& rings, const RingRows& rows, uin
         std::copy_n(&factors.mean[3 * row], 3, means.at(ring[r].triangle, sample, ring[r].corner).begin());
 }
 
+// Vertices whose triangles are observed together; neighbours in the list share most of them.
+constexpr size_t kVerticesAtOnce = 64;
+
 // Means above this many times the root of white are cut off, so that few bright samples do not take all
 // codes.
 constexpr double kBrightestMean = 2;
@@ -170,23 +174,31 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   };
   std::mutex reporting;
   size_t done = 0;
-  tbb::parallel_for(size_t{0}, vertices.size(), [&](size_t i) {
-    progress.checkpoint();
-    const Stopwatch watch;
-    const VertexMatrix matrix = matrixOf(field, vertices[i]);
-    const RingRows rows = ringRows(rings, vertices[i], patch);
-    Result& result = results[i];
-    result.matrixSeconds = watch.seconds();
-    result.rows = matrix.rows, result.unseenRows = matrix.unseenRows;
-    result.triangleViews = matrix.triangleViews;
-    if (matrix.unseenRows < matrix.rows) {
-      isSeen[vertices[i]] = 1;
-      roots[vertices[i]] = meanRoot(matrix, rows);
-      factorise(i, matrix, rows);
-    }
-    const std::scoped_lock lock(reporting);
-    progress("factorise", static_cast<double>(++done) / static_cast<double>(vertices.size()));
-  });
+  Patches patches(field);
+  for (size_t first = 0; first < vertices.size(); first += kVerticesAtOnce) {
+    const auto batch = vertices.subspan(first, std::min(kVerticesAtOnce, vertices.size() - first));
+    stopwatch = {};
+    patches.observe(batch, progress);
+    report.seconds["patches"] += stopwatch.seconds();
+    tbb::parallel_for(first, first + batch.size(), [&](size_t i) {
+      progress.checkpoint();
+      const Stopwatch watch;
+      const VertexMatrix matrix = matrixOf(field, patches, vertices[i]);
+      const RingRows rows = ringRows(rings, vertices[i], patch);
+      Result& result = results[i];
+      result.matrixSeconds = watch.seconds();
+      result.rows = matrix.rows, result.unseenRows = matrix.unseenRows;
+      result.triangleViews = matrix.triangleViews;
+      if (matrix.unseenRows < matrix.rows) {
+        isSeen[vertices[i]] = 1;
+        roots[vertices[i]] = meanRoot(matrix, rows);
+        factorise(i, matrix, rows);
+      }
+      const std::scoped_lock lock(reporting);
+      progress("factorise", static_cast<double>(++done) / static_cast<double>(vertices.size()));
+    });
+    patches.release(batch);
+  }
   spreadToUnseen(rings, isSeen, roots);
   tbb::parallel_for(size_t{0}, vertices.size(), [&](size_t i) {
     progress.checkpoint();

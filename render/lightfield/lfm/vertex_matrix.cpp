@@ -20,41 +20,10 @@ namespace {
 using Observations = std::vector<Observation>;
 using Photographs = std::vector<uint32_t>;
 
-// Observations of each sample of a triangle, and the photographs that see them all.
-struct Patch {
-  std::vector<Observations> samples;
-  Photographs wholeViews;
-};
-
-Point3<AcquisitionSpace, double> placeOf(const SeenLightField& field, uint32_t triangle, size_t sample) {
-  const Vec3<double> weights = field.patch.barycentrics(sample);
-  Vec3<double> place = Vec3<double>::Zero();
-  for (size_t k = 0; k < 3; ++k)
-    place += weights[static_cast<Eigen::Index>(k)] *
-             field.mesh.positions[field.rings.corners()[triangle][k]].raw().cast<double>();
-  return assume<Point3<AcquisitionSpace, double>>(place);
-}
-
 Photographs photographsOf(const Observations& observations) {
   Photographs photographs;
   for (const Observation& observation : observations) photographs.push_back(observation.photograph);
   return photographs;
-}
-
-Patch patchOf(const SeenLightField& field, uint32_t triangle) {
-  Patch patch;
-  for (size_t sample = 0; sample < field.patch.samples(); ++sample) {
-    const Photographs seen =
-        photographsOf(patch.samples.emplace_back(field.observe(triangle, placeOf(field, triangle, sample))));
-    if (sample == 0) patch.wholeViews = seen;
-    std::erase_if(patch.wholeViews, [&](uint32_t p) { return !std::ranges::binary_search(seen, p); });
-  }
-  if (field.visible == Visible::triangle)
-    for (Observations& observations : patch.samples)
-      std::erase_if(observations, [&](const Observation& o) {
-        return !std::ranges::binary_search(patch.wholeViews, o.photograph);
-      });
-  return patch;
 }
 
 // Observations by either of two triangles that share a point; the first one's where both have one.
@@ -176,7 +145,7 @@ void fillUnseen(VertexMatrix& matrix, std::vector<uint8_t> isSeen,
 
 } // namespace
 
-VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
+VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex) {
   const std::span<const RingTriangle> around = field.rings.around(vertex);
   assert(!around.empty());
   const RingRows rows = ringRows(field.rings, vertex, field.patch);
@@ -184,18 +153,15 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
   matrix.values.assign(3 * matrix.rows * matrix.cells, 0);
   matrix.weights.assign(matrix.rows * matrix.cells, 0);
 
-  std::vector<Patch> patches;
-  for (const auto& [triangle, corner] : around) {
-    patches.push_back(patchOf(field, triangle));
-    if (corner == 0) matrix.triangleViews += patches.back().wholeViews.size();
-  }
+  for (const auto& [triangle, corner] : around)
+    if (corner == 0) matrix.triangleViews += patches.at(triangle).wholeViews.size();
   std::vector<uint8_t> isInDisc(matrix.cells), isSeen(matrix.rows);
   for (size_t cell = 0; cell < matrix.cells; ++cell) isInDisc[cell] = field.views.isInDisc(cell);
   RowBlends blends(field.rings.frame(vertex), field.views);
   for (size_t row = 0; row < matrix.rows; ++row) {
     Observations observations;
     for (const auto& [r, sample] : rows.of(row))
-      observations = merged(observations, patches[r].samples[sample]);
+      observations = merged(observations, patches.at(around[r].triangle).samples[sample]);
     isSeen[row] = !observations.empty();
     if (!isSeen[row]) continue;
     resampleRow(observations, blends, isInDisc,
@@ -208,6 +174,12 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
     for (float& value : std::span(matrix.values).subspan(3 * row * matrix.cells, 3 * matrix.cells))
       value = rows.hats[row] * rootOf(value);
   return matrix;
+}
+
+VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
+  Patches patches(field);
+  patches.observe({&vertex, 1});
+  return matrixOf(field, patches, vertex);
 }
 
 std::vector<float> fitWeights(const VertexMatrix& matrix, float prior) {

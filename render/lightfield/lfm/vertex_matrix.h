@@ -4,23 +4,13 @@
 // [Chen 2002, §2.1, §2.2, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once
 
-#include "render/lightfield/lfm/observe.h"
-#include "render/lightfield/lfm/patch_grid.h"
-#include "render/lightfield/lfm/rings.h"
-#include "render/lightfield/lfm/view_grid.h"
-#include "surfel/geometry/mesh.h"
+#include "render/lightfield/lfm/patches.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace surflect::lfm {
-
-// Photographs that count at a sample.
-enum class Visible {
-  sample,  // those that see the sample
-  triangle // those that see every sample of its triangle  [Chen 2002, §5.2]
-};
 
 // F[row, cell, channel] = hat(row) f(row, cell, channel)  [Chen 2002, Eqs. 2, 4], where f is the square root
 // of the radiance (root_radiance.h)
@@ -43,18 +33,10 @@ struct VertexMatrix {
   }
 };
 
-// A light field that is seen in photographs. Mesh and rings must outlive it.
-struct SeenLightField {
-  const TriangleMesh& mesh;
-  const Rings& rings; // of the mesh
-  PatchGrid patch;
-  ViewGrid views;
-  Observe observe;
-  Visible visible = Visible::sample;
-};
-
-// Matrix of a vertex that has triangles; its rows are those of ringRows(). Memory: 16 bytes for each row and
-// cell. May be called from several threads.
+// Matrix of a vertex that has triangles, which `patches` holds; its rows are those of ringRows(). Memory: 16
+// bytes for each row and cell. May be called from several threads.
+VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex);
+// As above, for a single vertex.
 VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
 
 // Weights to fit factors by: those of the matrix, but at least `prior`, so that extrapolated values hold

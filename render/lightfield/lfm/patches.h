@@ -1,0 +1,63 @@
+// Patches: the samples of a triangle with what photographs see at each. The corners of a triangle share its
+// patch.
+//
+// [Chen 2002, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
+#pragma once
+
+#include "render/lightfield/lfm/observe.h"
+#include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/view_grid.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/mesh.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+namespace surflect::lfm {
+
+// Photographs that count at a sample.
+enum class Visible {
+  sample,  // those that see the sample
+  triangle // those that see every sample of its triangle  [Chen 2002, §5.2]
+};
+
+// A light field that is seen in photographs. Mesh and rings must outlive it.
+struct SeenLightField {
+  const TriangleMesh& mesh;
+  const Rings& rings; // of the mesh
+  PatchGrid patch;
+  ViewGrid views;
+  Observe observe;
+  Visible visible = Visible::sample;
+};
+
+struct Patch {
+  std::vector<std::vector<Observation>> samples; // of each sample of the grid
+  std::vector<uint32_t> wholeViews;              // photographs that see every sample, rising
+};
+
+// Holds the patches that vertices need until all vertices of a triangle have been released.
+class Patches {
+public:
+  // `field` must outlive this object.
+  explicit Patches(const SeenLightField& field) : field_(field), released_(field.mesh.triangles.size(), 0) {}
+
+  // Observes the triangles around vertices, in parallel, unless they are held. Throws Cancelled.
+  void observe(std::span<const uint32_t> vertices, const Progress& progress = {});
+  // A triangle around a vertex that was observed.
+  const Patch& at(uint32_t triangle) const { return held_.at(triangle); }
+  // Vertices whose triangles are no longer asked for on their account; each vertex once.
+  void release(std::span<const uint32_t> vertices);
+  size_t held() const { return held_.size(); }
+
+private:
+  const SeenLightField& field_;
+  std::vector<uint8_t> released_; // corners of each triangle
+  std::map<uint32_t, Patch> held_;
+};
+
+} // namespace surflect::lfm
