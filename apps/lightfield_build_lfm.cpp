@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -29,9 +30,13 @@ struct Arguments {
   BuildArguments common;
   size_t triangles = 0;
   lfm::BuildOptions options{.samples = 0};
-  double codebookRatio = 1; // maps for each that is stored
+  std::optional<size_t> terms;
+  lfm::MapCodebookOptions codebooks{.ratio = 0};
+  double codebookError = 0; // RMS
   bool s3tc = false;
 };
+
+constexpr size_t kTermsWithTolerance = 16;
 
 // Bytes of the training views' pictures.
 uint64_t pictureBytes(const lightfield::Views& views) {
@@ -54,14 +59,16 @@ Json runLfm(const Arguments& arguments, const Progress& progress) {
   lightfield::Views views = arguments.common.read(progress);
   sayNotes(views);
   lfm::BuildOptions options = arguments.options;
+  options.terms = arguments.terms.value_or(options.tolerance > 0 ? kTermsWithTolerance : options.terms);
   lfm::Resolution resolution = lfm::resolutionFor(views, arguments.triangles, options.samples);
   options.samples = resolution.samples;
   views.replaceMesh(std::move(resolution.mesh), progress);
   lfm::BuildReport report;
   lfm::LightFieldMaps built = lfm::build(views, options, report, progress);
   Stopwatch compression;
-  if (arguments.codebookRatio > 1)
-    built = lfm::withCodebooks(built, {.ratio = arguments.codebookRatio}, progress);
+  lfm::MapCodebookOptions codebooks = arguments.codebooks;
+  codebooks.distortion = arguments.codebookError * arguments.codebookError;
+  if (codebooks.ratio > 0 || codebooks.distortion > 0) built = lfm::withCodebooks(built, codebooks, progress);
   if (arguments.s3tc) built = lfm::encoded(std::move(built));
   report.seconds["compression"] = compression.seconds();
   lfm::writeMaps(built, views.capture(), output, progress);
@@ -75,9 +82,9 @@ Json runLfm(const Arguments& arguments, const Progress& progress) {
   if (unseen > 0)
     say(fmt::format("{:.1f} % of the surface and {} vertices are seen by no photograph: filled from around",
                     100 * unseen, report.unseenVertices));
-  say(fmt::format("error {:.2f} % of white with no term, {:.2f} % with all", 100 * rms.front(),
-                  100 * rms.back()));
-  say(fmt::format("{}: maps of {}, {:.0f} times smaller than the resampled light field and {:.0f} times "
+  say(fmt::format("error before compression {:.2f} % of white with no term, {:.2f} % with all",
+                  100 * rms.front(), 100 * rms.back()));
+  say(fmt::format("{}: maps of {}, {:.1f} times smaller than the resampled light field and {:.1f} times "
                   "than the photographs' files; {:.1f} s",
                   arguments.common.output, mebibytes(maps.total()),
                   ratio(report.resampledBytes, maps.total()), ratio(photographBytes, maps.total()),
@@ -127,12 +134,13 @@ void addLightFieldMaps(CLI::App& build, CommandWork& work) {
   command->add_option("--view-size", options.viewSize, "cells of a view map along each side")
       ->capture_default_str()
       ->check(CLI::Range(lfm::kLeastViewSize, lfm::kLargestViewSize));
-  command->add_option("--terms", options.terms, "products for each vertex, at most")
-      ->capture_default_str()
+  command
+      ->add_option("--terms", arguments->terms,
+                   "products for each vertex, at most; default: 3, or 16 with --tolerance")
       ->check(CLI::Range(size_t{0}, lfm::kMostTerms));
   command
       ->add_option("--tolerance", options.tolerance,
-                   "no more terms than this RMS error takes, relative to white; at most --terms")
+                   "no more terms than this RMS error takes, relative to white: 0.008 is 2 of 255")
       ->check(finiteIn(1e-6, 1));
   command
       ->add_option("--method", options.method,
@@ -146,10 +154,22 @@ void addLightFieldMaps(CLI::App& build, CommandWork& work) {
       ->option_text("sample or triangle")
       ->transform(CLI::Transformer(std::map<std::string, lfm::Visible>{
           {"sample", lfm::Visible::sample}, {"triangle", lfm::Visible::triangle}}));
+  CLI::Option* ratio = command
+                           ->add_option("--vq", arguments->codebooks.ratio,
+                                        "vector quantisation: so many maps for each that is stored")
+                           ->check(finiteIn(1, 1e6));
   command
-      ->add_option("--vq", arguments->codebookRatio,
-                   "vector quantisation: so many maps for each that is stored")
-      ->check(finiteIn(1, 1e6));
+      ->add_option(
+          "--vq-error", arguments->codebookError,
+          "vector quantisation: as many maps stored as this RMS error of their values takes; 1: the largest")
+      ->check(finiteIn(1e-6, 1))
+      ->excludes(ratio);
+  command
+      ->add_option("--vq-start", arguments->codebooks.start,
+                   "first codebook: split from one map, or merged from pairs of near maps")
+      ->option_text("split or pairs")
+      ->transform(CLI::Transformer(std::map<std::string, lfm::CodebookStart>{
+          {"split", lfm::CodebookStart::split}, {"pairs", lfm::CodebookStart::pairwiseNearestNeighbors}}));
   command->add_flag("--s3tc", arguments->s3tc, "store maps as S3TC (DXT1) blocks, which the GPU reads");
   setWork(*command, work, "run it again to build from the start",
           [arguments](const Progress& progress) { return runLfm(*arguments, progress); });

@@ -223,7 +223,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   report.resampledBytes = resampledBytes(maps.mesh.triangles.size(), patch.samples(), grid.cells());
   report.normalizedBytes = normalizedBytes(triangleViews, patch.samples());
   if (options.method == Method::pca) storeMeans(means, report.white, maps);
-  return maps;
+  return withoutZeros(std::move(maps));
 }
 
 } // namespace surflect::lfm

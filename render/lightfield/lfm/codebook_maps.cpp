@@ -95,9 +95,6 @@ LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOption
         codebookTable(term.surface, surfaceShape(result), maps.method, surfaceWeights, options, progress);
     term.view = codebookTable(term.view, viewShape(result), maps.method, viewWeights, options, progress);
   }
-  if (options.mean && maps.method == Method::pca)
-    result.mean = codebookTable(maps.mean, meanShape(maps), Method::nmf, // unsigned
-                                std::vector<float>(maps.mean.mapOf.size(), 1), options, progress);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <numeric>
+#include <span>
 
 namespace surflect::lfm {
 
@@ -17,6 +18,22 @@ MapTable emptyTable(size_t users, const MapShape& shape) {
   table.mapOf.resize(users);
   std::iota(table.mapOf.begin(), table.mapOf.end(), 0u);
   return table;
+}
+
+// Table without the maps of users that `isUsed` leaves out.
+MapTable withUsers(const MapTable& table, const MapShape& shape, const auto& isUsed) {
+  MapTable result;
+  for (uint32_t user = 0; user < table.mapOf.size(); ++user) {
+    const uint32_t map = table.mapOf[user];
+    if (map == kNoMap || !isUsed(user)) {
+      result.mapOf.push_back(kNoMap);
+      continue;
+    }
+    result.mapOf.push_back(static_cast<uint32_t>(result.maps.count++));
+    const auto data = std::span(table.maps.data).subspan(map * shape.bytes(), shape.bytes());
+    result.maps.data.insert(result.maps.data.end(), data.begin(), data.end());
+  }
+  return result;
 }
 
 } // namespace
@@ -35,6 +52,22 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Met
     maps.terms.push_back({emptyTable(triangles, surfaceShape(maps)), emptyTable(vertices, viewShape(maps)),
                           std::vector<float>(vertices, 0)});
   maps.mean = emptyTable(method == Method::pca ? triangles : 0, meanShape(maps));
+  return maps;
+}
+
+LightFieldMaps withoutZeros(LightFieldMaps maps) {
+  assert(maps.layout == SurfaceLayout::packed);
+  const auto isZero = [](float scale) { return scale == 0; };
+  while (!maps.terms.empty() && std::ranges::all_of(maps.terms.back().scale, isZero)) maps.terms.pop_back();
+  for (Term& term : maps.terms) {
+    if (std::ranges::none_of(term.scale, isZero)) continue;
+    term.view =
+        withUsers(term.view, viewShape(maps), [&](uint32_t vertex) { return !isZero(term.scale[vertex]); });
+    term.surface = withUsers(term.surface, surfaceShape(maps), [&](uint32_t triangle) {
+      return std::ranges::any_of(maps.mesh.triangles[triangle],
+                                 [&](uint32_t vertex) { return !isZero(term.scale[vertex]); });
+    });
+  }
   return maps;
 }
 

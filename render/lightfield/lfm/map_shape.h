@@ -46,6 +46,10 @@ inline uint8_t meanByte(double root, double white) {
 LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
                          int viewSize, size_t terms);
 
+// Packed maps of coding `bytes` without those that count nowhere: maps of vertices with a scale of 0, and
+// last terms without any others. The radiance stays.
+LightFieldMaps withoutZeros(LightFieldMaps maps);
+
 // Table of the scalar layout for one that is packed: each corner has a map of its own, turned so that the
 // corner comes first. Equal surfaces then have equal maps, whichever corner the triangle starts at.
 MapTable scalarTable(const MapTable& packed, int samples);

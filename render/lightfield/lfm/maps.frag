@@ -48,15 +48,15 @@ vec4 placeAt(int n) { return texelFetch(places, ivec2(n % kPlacesWidth, n / kPla
 
 // Surface map with three channels.
 vec3 patchAt(sampler2DArray maps, vec4 place, PatchBlend blend, vec2 value) {
+  if (place.w == 0.0) return vec3(0.0); // no map
   ivec3 origin = ivec3(place.xyz);
   int step = place.w > 0.0 ? 1 : -1;
   vec3 a = texelFetch(maps, origin + ivec3(step * blend.a, 0), 0).rgb;
   vec3 b = texelFetch(maps, origin + ivec3(step * blend.b, 0), 0).rgb;
   vec3 c = texelFetch(maps, origin + ivec3(step * blend.c, 0), 0).rgb;
-  vec3 sum = blend.weights.x * max(value.x * a + value.y, -1.0) +
-             blend.weights.y * max(value.x * b + value.y, -1.0) +
-             blend.weights.z * max(value.x * c + value.y, -1.0);
-  return place.w == 0.0 ? vec3(0.0) : sum;
+  return blend.weights.x * max(value.x * a + value.y, -1.0) +
+         blend.weights.y * max(value.x * b + value.y, -1.0) +
+         blend.weights.z * max(value.x * c + value.y, -1.0);
 }
 
 // Surface map of one channel, of a corner.
@@ -85,6 +85,7 @@ ViewBlend viewBlend(vec3 d) {
 vec3 cellAt(ivec3 place) { return max(viewValue.x * texelFetch(viewMaps, place, 0).rgb + viewValue.y, -1.0); }
 
 vec3 viewAt(vec4 place, ViewBlend blend) {
+  if (place.w == 0.0) return vec3(0.0); // no map
   ivec3 low = ivec3(place.xyz) + ivec3(blend.low, 0);
   vec3 lower = mix(cellAt(low), cellAt(low + ivec3(1, 0, 0)), blend.weights.x);
   vec3 upper = mix(cellAt(low + ivec3(0, 1, 0)), cellAt(low + ivec3(1, 1, 0)), blend.weights.x);

@@ -31,7 +31,7 @@ TEST(CodebookMaps, AsManyCodewordsAsMapsChangeNothing) {
   for (const Method method : {Method::pca, Method::nmf}) {
     LightFieldMaps maps = syntheticMaps(bumpySphere(4, 6), {.method = method});
     maps.terms[1].scale[3] = 0;
-    const LightFieldMaps found = withCodebooks(maps, {.ratio = 1, .mean = true});
+    const LightFieldMaps found = withCodebooks(maps, {.ratio = 1});
     EXPECT_NO_THROW(requireComplete(found));
     EXPECT_LT(rmsBetween(found, maps), 1e-12);
     EXPECT_EQ(found.terms[1].view.mapOf[3], kNoMap);

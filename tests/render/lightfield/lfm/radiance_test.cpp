@@ -146,6 +146,26 @@ TEST(PatchGrid, BesideTheFarEdgeIsAStepNearerToTheCorner) {
   }
 }
 
+TEST(LightFieldMaps, MapsThatCountNowhereTakeNoBytes) {
+  LightFieldMaps maps = syntheticMaps(bumpySphere(4, 6), {.terms = 4});
+  const auto& [a, b, c] = maps.mesh.triangles[7];
+  for (const uint32_t vertex : {a, b, c}) maps.terms[1].scale[vertex] = 0;
+  std::ranges::fill(maps.terms[3].scale, 0.f);
+  const LightFieldMaps fewer = withoutZeros(maps);
+  EXPECT_NO_THROW(requireComplete(fewer));
+  EXPECT_EQ(fewer.terms.size(), 3u);
+  EXPECT_EQ(fewer.terms[1].view.maps.count, maps.mesh.positions.size() - 3);
+  EXPECT_EQ(fewer.terms[1].surface.maps.count, maps.mesh.triangles.size() - 1);
+  EXPECT_LT(bytesOf(fewer).total(), bytesOf(maps).total());
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(0, 0.5);
+  for (size_t triangle = 0; triangle < maps.mesh.triangles.size(); ++triangle) {
+    const TrianglePlace place{triangle, number(random), number(random)};
+    const Direction d = assume<Direction>(randomUnit(random));
+    EXPECT_EQ(radianceAt(fewer, place, d, 4), radianceAt(maps, place, d, 4));
+  }
+}
+
 TEST(LightFieldMaps, ScalarMapsHaveTheValuesOfPackedOnes) {
   const LightFieldMaps packed = syntheticMaps(bumpySphere(4, 6));
   LightFieldMaps scalar = packed;
