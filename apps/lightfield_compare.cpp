@@ -48,6 +48,7 @@ Json scored(const std::string& name, const std::filesystem::path& model,
               {"psnr_linear_db", score.difference.psnrLinear()},
               {"psnr_srgb_db", score.difference.psnrSrgb()},
               {"ssim_srgb", score.difference.ssim()},
+              {"ape_srgb", 255 * score.difference.absoluteErrorSrgb.mean()},
               {"psnr_linear_interior_db", evaluation::psnr(score.interiorError.mean())},
               {"bytes", bytesIn(model)},
               {"frame_ms", 1e3 * median(renderer.seconds())}};

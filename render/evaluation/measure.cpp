@@ -32,6 +32,21 @@ template <class OfValue> image::Image mapped(const image::Image& image, OfValue 
   return result;
 }
 
+// Error of each difference of the first three channels over the mask.
+template <class ErrorOf>
+PooledMean overDifferences(const image::Image& a, const image::Image& b, const image::Mask& mask,
+                           ErrorOf errorOf) {
+  assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
+  return overRows(a.height, [&](int y) {
+    PooledMean row;
+    for (int x = 0; x < a.width; ++x) {
+      if (!mask.inside[static_cast<size_t>(y) * static_cast<size_t>(a.width) + x]) continue;
+      for (int k = 0; k < 3; ++k) row += {errorOf(static_cast<double>(a.at(x, y)[k]) - b.at(x, y)[k]), 1};
+    }
+    return row;
+  });
+}
+
 // Local moments of two images under the SSIM window.
 struct Moments {
   double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
@@ -99,18 +114,11 @@ image::Image applyExposure(const image::Image& linear, double exposure) {
 image::Image srgbEncoded(const image::Image& linear) { return mapped(linear, image::srgbFromLinear); }
 
 PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask) {
-  assert(sameSize(a, b) && sameSize(a, mask) && a.channels >= 3 && b.channels >= 3);
-  return overRows(a.height, [&](int y) {
-    PooledMean row;
-    for (int x = 0; x < a.width; ++x) {
-      if (!mask.inside[static_cast<size_t>(y) * static_cast<size_t>(a.width) + x]) continue;
-      for (int k = 0; k < 3; ++k) {
-        const double difference = static_cast<double>(a.at(x, y)[k]) - b.at(x, y)[k];
-        row += {difference * difference, 1};
-      }
-    }
-    return row;
-  });
+  return overDifferences(a, b, mask, [](double difference) { return difference * difference; });
+}
+
+PooledMean absoluteError(const image::Image& a, const image::Image& b, const image::Mask& mask) {
+  return overDifferences(a, b, mask, [](double difference) { return std::abs(difference); });
 }
 
 PooledMean noiseVariance(const image::Image& image, const image::Mask& mask) {
@@ -160,6 +168,7 @@ Difference& Difference::operator+=(const Difference& other) {
   squaredErrorLinear += other.squaredErrorLinear;
   squaredErrorSrgb += other.squaredErrorSrgb;
   similaritySrgb += other.similaritySrgb;
+  absoluteErrorSrgb += other.absoluteErrorSrgb;
   return *this;
 }
 
@@ -169,7 +178,7 @@ Difference compare(const image::Image& truth, const image::Image& rendered, doub
   const image::Image linearA = applyExposure(truth, exposure), linearB = applyExposure(rendered, exposure);
   const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
-          structuralSimilarity(srgbA, srgbB, mask)};
+          structuralSimilarity(srgbA, srgbB, mask), absoluteError(srgbA, srgbB, mask)};
 }
 
 } // namespace surflect::evaluation

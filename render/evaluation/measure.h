@@ -40,6 +40,9 @@ image::Image srgbEncoded(const image::Image& linear);
 // Squared differences of the first three channels over the mask.
 PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask);
 
+// Absolute differences of the first three channels over the mask.
+PooledMean absoluteError(const image::Image& a, const image::Image& b, const image::Mask& mask);
+
 // Variance of pixel noise, averaged over the mask and three channels: the mean square of the response to
 //   1 -2 1 / -2 4 -2 / 1 -2 1, over 36  [Immerkaer 1996].
 // The filter cancels planes but not edges and texture, so the result is an upper bound. Pixels without all
@@ -52,7 +55,7 @@ PooledMean noiseVariance(const image::Image& image, const image::Mask& mask);
 PooledMean structuralSimilarity(const image::Image& a, const image::Image& b, const image::Mask& mask);
 
 struct Difference {
-  PooledMean squaredErrorLinear, squaredErrorSrgb, similaritySrgb;
+  PooledMean squaredErrorLinear, squaredErrorSrgb, similaritySrgb, absoluteErrorSrgb;
 
   double psnrLinear() const { return psnr(squaredErrorLinear.mean()); }
   double psnrSrgb() const { return psnr(squaredErrorSrgb.mean()); }

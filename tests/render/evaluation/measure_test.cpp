@@ -158,6 +158,7 @@ TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
   EXPECT_NEAR(difference.squaredErrorLinear.sum, 3 * 0.2 * 0.2, 1e-7);
   const double srgb = image::srgbFromLinear(0.4f) - image::srgbFromLinear(0.2f);
   EXPECT_NEAR(difference.squaredErrorSrgb.sum, 3 * srgb * srgb, 1e-6);
+  EXPECT_NEAR(difference.absoluteErrorSrgb.sum, 3 * std::abs(srgb), 1e-6);
   EXPECT_EQ(difference.similaritySrgb.count, 3u);
 }
 
