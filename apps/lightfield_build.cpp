@@ -41,7 +41,7 @@ Json jsonOf(const slf::AtlasReport& atlas) {
           {"smallest_share", atlas.smallestShare},
           {"largest_share", atlas.largestShare},
           {"mean_stretch", atlas.meanStretch},
-          {"worst_stretch", atlas.worstStretch},
+          {"high_stretch", atlas.highStretch},
           {"redundancy", atlas.redundancy},
           {"cost", atlas.cost}};
 }
@@ -52,10 +52,11 @@ Json runSlf(const SlfArguments& arguments, const Progress& progress) {
   sayNotes(views);
   const slf::BuildReport report = slf::build(views, arguments.options, arguments.common.output, progress);
   const slf::AtlasReport& atlas = report.atlas;
-  say(fmt::format("{} regions: normals within {:.0f} degrees of a region's axis on average, {:.0f} at worst; "
-                  "stretch {:.2f} (worst {:.1f}); {:.2f} texels stored for each that is needed",
-                  atlas.regions, atlas.meanCone, atlas.worstCone, atlas.meanStretch, atlas.worstStretch,
-                  atlas.redundancy));
+  say(fmt::format(
+      "{} regions: normals within {:.0f} degrees of a region's axis on average, {:.0f} at worst; "
+      "stretch {:.2f}, at most {:.1f} on 99 % of the surface; {:.2f} texels stored for each that is needed",
+      atlas.regions, atlas.meanCone, atlas.worstCone, atlas.meanStretch, atlas.highStretch,
+      atlas.redundancy));
   if (report.unseenRegions > 0)
     say(fmt::format("{} regions are seen by no photograph: filled from their neighbours, {} left black",
                     report.unseenRegions, report.blackRegions));

@@ -273,12 +273,6 @@ float sumWithin(float offset) {
 
 } // namespace
 
-double surfaceArea(const TriangleMesh& mesh) {
-  double area = 0;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) area += areaVector(mesh, t).norm() / 2;
-  return area;
-}
-
 // Density of a hexagonal grid.
 double surfelsAt(const TriangleMesh& mesh, double spacing) {
   return 2 / std::sqrt(3.0) * surfaceArea(mesh) / (spacing * spacing);

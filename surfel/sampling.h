@@ -30,6 +30,4 @@ double spacingFor(const TriangleMesh& mesh, size_t count);
 // exceeds twice the median.
 void estimateSplats(SurfelCloud& cloud, const Progress& progress = {});
 
-double surfaceArea(const TriangleMesh& mesh);
-
 } // namespace surflect

@@ -32,7 +32,7 @@ struct Arguments {
   // 216 regions, 209,088 triangles, 66 directions, 36 million texels
   SyntheticOptions field{.cells = 6, .quads = 22, .texels = 50, .subdivisions = 2};
   int frames = 5;
-  bool naive = false, json = false;
+  bool json = false;
 };
 
 struct Size {
@@ -159,15 +159,9 @@ private:
     add("without_both", [](FrameOptions& o) { o.plan.scissor = o.visitedTriangles = false; });
     add("without_region_culling", [](FrameOptions& o) { o.plan.regionCulling = false; });
     add("without_direction_culling", [](FrameOptions& o) { o.plan.directionCulling = false; });
-    if (arguments_.naive)
-      add("without_all", [](FrameOptions& o) {
-        o.plan = {.regionCulling = false, .directionCulling = false, .scissor = false};
-        o.visitedTriangles = false;
-      });
     std::vector<double> least(kinds.size(), std::numeric_limits<double>::infinity());
     for (int frame = 0; frame < arguments_.frames; ++frame)
       for (size_t kind = 0; kind < kinds.size(); ++kind) {
-        if (kinds[kind].first == "without_all" && frame > 0) continue;
         const FrameStats stats = renderer_.render(view(size, 0, 18), kinds[kind].second).stats;
         least[kind] = std::min(least[kind], ms(stats.planSeconds + stats.drawSeconds));
       }
@@ -292,7 +286,6 @@ int main(int argc, char** argv) {
   app.add_option("--cells", arguments.field.cells, "regions along an edge of the cube: 6 n^2 regions")
       ->capture_default_str()
       ->check(CLI::Range(1, 30));
-  app.add_flag("--naive", arguments.naive, "also times one frame without any optimisation: many seconds");
   app.add_flag("--json", arguments.json, "one object on stdout instead of a table");
   CLI11_PARSE(app, argc, argv);
   try {

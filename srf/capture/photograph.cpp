@@ -207,7 +207,7 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
     if (first.color.channels == 3) first.decoder.toRec709(radiance);
     if (valid) continue;
     std::fill_n(radiance, 3, 0.f);
-    ++photograph.invalidTexels;
+    photograph.invalidTexels.push_back(i);
   }
   return photograph;
 }
@@ -311,7 +311,7 @@ ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size
   developAll(capture, frames, progress, [&](size_t i, Photograph photograph) {
     view.radiance[i] = std::move(photograph.radiance);
     view.hasMatte |= photograph.hasMatte;
-    view.invalidTexels += photograph.invalidTexels;
+    view.invalidTexels += photograph.invalidTexels.size();
     if (view.alpha.values.empty())
       view.alpha = std::move(photograph.alpha);
     else

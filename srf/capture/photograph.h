@@ -16,8 +16,8 @@ struct Photograph {
   image::Image radiance; // 3 channels in the photograph's scale: linear, divided by alpha and exposure,
                          // brackets merged. Negative noise is kept. Black where alpha is 0.
   image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask; 1 if neither exists
-  bool hasMatte = false;    // the picture has alpha, or a mask
-  size_t invalidTexels = 0; // number of NaN or infinite texels, now black
+  bool hasMatte = false;                  // the picture has alpha, or a mask
+  std::vector<size_t> invalidTexels = {}; // texels that were NaN or infinite, in rising order; now black
 };
 
 // Photographs of the given frames (indices into capture.frames), in that order. Each file is opened and

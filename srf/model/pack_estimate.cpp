@@ -5,6 +5,7 @@
 #include "surfel/base/evenly_spaced.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/stopwatch.h"
+#include "surfel/geometry/mesh.h"
 #include "surfel/sampling.h"
 
 #include <algorithm>

@@ -15,6 +15,12 @@ Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle) {
   return (mesh.positions[b].cast<double>().raw() - pa).cross(mesh.positions[c].cast<double>().raw() - pa);
 }
 
+double surfaceArea(const TriangleMesh& mesh) {
+  double area = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) area += areaVector(mesh, t).norm() / 2;
+  return area;
+}
+
 TriangleMesh readMeshAsStored(const std::filesystem::path& path, const MeshReading& reading,
                               const Progress& progress) {
   std::string extension = path.extension().string();

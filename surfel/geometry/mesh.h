@@ -19,6 +19,7 @@ using TriangleMesh = Mesh<AcquisitionSpace>;
 
 // Area-weighted normal of a triangle, twice its area vector.
 Vec3<double> areaVector(const TriangleMesh& mesh, size_t triangle);
+double surfaceArea(const TriangleMesh& mesh);
 
 // Triangulation of faces with more than three corners.
 enum class Faces {

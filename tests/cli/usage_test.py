@@ -33,6 +33,8 @@ class Usage(unittest.TestCase):
                           ["lightfield"], ["lightfield", "build"], ["lightfield", "build", "slf", "views"],
                           ["lightfield", "build", "slf", "views", "-o", "out", "--directions", "65"],
                           ["lightfield", "build", "slf", "views", "-o", "out", "--blend", "all"],
+                          ["lightfield", "build", "slf", "views", "-o", "out", "--texels", "0"],
+                          ["lightfield", "build", "lumigraph", "views", "-o", "out", "--texels", "0"],
                           ["lightfield", "build", "lumigraph", "views", "-o", "out", "--st", "1"],
                           ["lightfield", "build", "lumigraph", "views", "-o", "out", "--texels", "9", "--like", "a.slf"],
                           ["lightfield", "compare", "a.slf"], ["lightfield", "benchmark"],

@@ -150,7 +150,6 @@ capture::Photograph weightedSum(std::span<const capture::Photograph> photographs
   for (const capture::Photograph& photograph : photographs) {
     assert(photograph.alpha.width == width && photograph.alpha.height == height);
     sum.hasMatte |= photograph.hasMatte;
-    sum.invalidTexels += photograph.invalidTexels;
   }
   tbb::parallel_for(0, height, [&](int row) {
     const size_t begin = static_cast<size_t>(row) * static_cast<size_t>(width);

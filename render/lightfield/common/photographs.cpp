@@ -22,8 +22,14 @@ bool isOpaque(const image::Image& picture, int x, int y) {
   return picture.at(x, y)[3] >= Photographs::kOpaque;
 }
 
+// Whether a pixel has a colour of the object.
+bool isObserved(const image::Image& picture, int x, int y) {
+  return isOpaque(picture, x, y) && std::all_of(&picture.at(x, y)[0], &picture.at(x, y)[0] + 3,
+                                                [](float value) { return std::isfinite(value); });
+}
+
 // Where the mesh is seen through the centre of each pixel of a rectangle; nowhere in pixels that are not
-// opaque.
+// observed.
 std::vector<PixelHit> hitsOf(const image::Image& picture, int left, int top, int width, int height,
                              const capture::Camera<AcquisitionSpace>& camera, const TriangleMesh& mesh,
                              const RayCaster<AcquisitionSpace>& rays) {
@@ -35,7 +41,7 @@ std::vector<PixelHit> hitsOf(const image::Image& picture, int left, int top, int
     if (!ray) continue;
     hits[i].origin = acquisitionFromCamera(ray->origin);
     hits[i].direction = acquisitionFromCamera(ray->direction);
-    if (!isOpaque(picture, x, y)) continue;
+    if (!isObserved(picture, x, y)) continue;
     if (const auto hit = rays.firstHit(hits[i].origin, hits[i].direction)) {
       hits[i].distance = hit->distance;
       hits[i].normal = areaVector(mesh, hit->triangle).normalized();

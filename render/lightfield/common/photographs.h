@@ -33,9 +33,9 @@ public:
     float fade;           // 0..1: a smooth step over the distance from edges (edge_distance.h)
   };
   // Sample at the pixel position of a surface point, bilinear between pixel centres. Empty where one of the
-  // four pixels is outside the picture, shows background (its alpha is below kOpaque), or does not show the
-  // mesh at the point's distance to the viewer, up to `tolerance`. Before that, samples fade
-  // to a quarter.
+  // four pixels is outside the picture, shows background (its alpha is below kOpaque), is not a finite
+  // number, or does not show the mesh at the point's distance to the viewer, up to `tolerance`. Before that,
+  // samples fade to a quarter.
   std::optional<Sample> at(size_t photograph, capture::Pixel position, double distance,
                            double tolerance) const;
 
@@ -51,7 +51,7 @@ private:
     capture::Camera<AcquisitionSpace> camera;
     int left = 0, top = 0, width = 0, height = 0; // rectangle of the opaque pixels, and a pixel around it
     std::vector<HalfPixel> pixels;                // of the rectangle
-    std::vector<float> distances;                 // of the mesh in each pixel; NaN: not opaque, or no mesh
+    std::vector<float> distances; // of the mesh in each pixel; NaN: not opaque, no number, or no mesh
   };
   static Picture pictureOf(const image::Image& premultiplied, capture::Camera<AcquisitionSpace> camera,
                            const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays);

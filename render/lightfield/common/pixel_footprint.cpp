@@ -25,12 +25,6 @@ std::optional<double> footprintAt(const Point3<AcquisitionSpace, double>& point,
 
 } // namespace
 
-double surfaceArea(const TriangleMesh& mesh) {
-  double doubled = 0;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) doubled += areaVector(mesh, t).norm();
-  return doubled / 2;
-}
-
 double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras) {
   constexpr double kPoints = 1000;
   const double area = surfaceArea(mesh);

@@ -12,6 +12,4 @@ namespace surflect::lightfield {
 // area and the cameras that they face and that they project into. Zero if there are none.
 double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras);
 
-double surfaceArea(const TriangleMesh& mesh);
-
 } // namespace surflect::lightfield

@@ -240,9 +240,10 @@ RelightReport relight(const capture::Capture& capture, const RelightPlan& plan, 
   for (size_t i = 0; i < missing.size(); ++i) {
     const Progress ofView = stepOf(progress, "relighting", i, missing.size());
     const std::vector<size_t>& frames = plan.photographs[missing[i]];
-    const capture::Photograph sum =
-        weightedSum(capture::readPhotographs(capture, frames, ofView), plan.weights);
-    report.invalidTexels += sum.invalidTexels;
+    const std::vector<capture::Photograph> photographs = capture::readPhotographs(capture, frames, ofView);
+    for (const capture::Photograph& photograph : photographs)
+      report.invalidTexels += photograph.invalidTexels.size();
+    const capture::Photograph sum = weightedSum(photographs, plan.weights);
     const std::array layers = {capture::RadianceLayer{"", &sum.radiance}};
     capture::writeViewPictures(folder / plan.views.frames[missing[i]].picture, layers,
                                sum.hasMatte ? &sum.alpha : nullptr, "", precisionFor(capture, frames, sum),

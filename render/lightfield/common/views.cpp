@@ -7,7 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -73,8 +75,12 @@ std::vector<size_t> Views::ofSplit(capture::Split split) const {
 image::Image Views::read(size_t view, const Progress& progress) const {
   const capture::Photograph photograph =
       std::move(capture::readPhotographs(capture_, std::array{view}, progress)[0]);
-  return image::overBlack(photograph.radiance,
-                          photograph.hasMatte ? photograph.alpha : capture::silhouette(camera(view), rays()));
+  image::Image picture =
+      image::overBlack(photograph.radiance,
+                       photograph.hasMatte ? photograph.alpha : capture::silhouette(camera(view), rays()));
+  for (const size_t texel : photograph.invalidTexels)
+    std::fill_n(&picture.values[4 * texel], 3, std::numeric_limits<float>::quiet_NaN());
+  return picture;
 }
 
 } // namespace surflect::lightfield

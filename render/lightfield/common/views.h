@@ -51,7 +51,8 @@ public:
   std::vector<size_t> ofSplit(capture::Split split) const;
 
   // Reads a view from disk: linear RGBA, premultiplied. Without matte or mask, alpha is the silhouette of the
-  // mesh. May be called from several threads. Throws Error and Cancelled.
+  // mesh. Colours are NaN where the picture has one that is NaN or infinite. May be called from several
+  // threads. Throws Error and Cancelled.
   image::Image read(size_t view, const Progress& progress = {}) const;
 
 private:

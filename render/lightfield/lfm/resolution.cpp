@@ -2,6 +2,7 @@
 
 #include "render/lightfield/common/pixel_footprint.h"
 #include "render/lightfield/lfm/patch_grid.h"
+#include "surfel/geometry/mesh.h"
 #include "surfel/geometry/simplify.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ Resolution resolutionFor(const lightfield::Views& views, size_t triangles, int s
   for (const size_t view : views.ofSplit(capture::Split::train)) cameras.push_back(views.camera(view));
   const TriangleMesh& mesh = views.mesh();
   const double pixel = lightfield::pixelFootprint(mesh, cameras);
-  const double pixels = pixel > 0 ? lightfield::surfaceArea(mesh) / (pixel * pixel) : 0;
+  const double pixels = pixel > 0 ? surfaceArea(mesh) / (pixel * pixel) : 0;
   Resolution result;
   if (triangles > 0)
     result.mesh = simplified(mesh, triangles);

@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -21,6 +22,52 @@ DirectionMesh meshOf(const DirectionMesh& fine, const std::vector<size_t>& kept)
   for (const size_t i : kept) directions.push_back(fine.directions()[i]);
   return DirectionMesh(std::move(directions));
 }
+
+// Errors of the fine directions while directions are added to those that are kept. A direction's error
+// changes only with the triangle that holds it.
+class Reproductions {
+public:
+  Reproductions(const DirectionalRadiance& radiance, const DirectionMesh& fine)
+      : radiance_(radiance), fine_(fine), corners_(fine.directions().size()),
+        errors_(fine.directions().size(), 0.0) {}
+
+  // By fine direction.
+  const std::vector<double>& errors() const { return errors_; }
+
+  void update(const std::vector<size_t>& kept, const DirectionMesh& mesh) {
+    for (size_t i = 0; i < errors_.size(); ++i) {
+      if (std::ranges::binary_search(kept, i)) {
+        errors_[i] = 0;
+        continue;
+      }
+      const HatWeights hats = mesh.weightsAt(fine_.directions()[i]);
+      std::array<size_t, 3> corners{};
+      for (size_t c = 0; c < 3; ++c) corners[c] = kept[hats.directions[c]];
+      if (corners != std::exchange(corners_[i], corners)) errors_[i] = errorOf(i, corners, hats.weights);
+    }
+  }
+
+private:
+  double errorOf(size_t i, const std::array<size_t, 3>& corners, const std::array<double, 3>& weights) const {
+    double sum = 0;
+    size_t observed = 0;
+    for (size_t t = 0; t < radiance_.radiance[i].size(); ++t) {
+      if (!radiance_.isObserved[i][t]) continue;
+      Vec3<float> difference = radiance_.radiance[i][t];
+      for (size_t c = 0; c < 3; ++c)
+        difference -= static_cast<float>(weights[c]) * radiance_.radiance[corners[c]][t];
+      sum += static_cast<double>(difference.squaredNorm());
+      ++observed;
+    }
+    return observed > 0 ? std::sqrt(sum / (3 * static_cast<double>(observed))) : 0;
+  }
+
+  const DirectionalRadiance& radiance_;
+  const DirectionMesh& fine_;
+  // Corners of the triangle of kept directions that holds each fine direction; no triangle at first.
+  std::vector<std::array<size_t, 3>> corners_;
+  std::vector<double> errors_;
+};
 
 } // namespace
 
@@ -50,31 +97,19 @@ DirectionalRadiance directionalRadiance(const Observations& observations, const 
 
 std::vector<double> reproductionErrors(const DirectionalRadiance& radiance, const DirectionMesh& fine,
                                        const std::vector<size_t>& kept, const DirectionMesh& mesh) {
-  std::vector<double> errors(fine.directions().size(), 0.0);
-  for (size_t i = 0; i < errors.size(); ++i) {
-    if (std::ranges::binary_search(kept, i)) continue;
-    const HatWeights hats = mesh.weightsAt(fine.directions()[i]);
-    double sum = 0;
-    size_t observed = 0;
-    for (size_t t = 0; t < radiance.radiance[i].size(); ++t) {
-      if (!radiance.isObserved[i][t]) continue;
-      Vec3<float> difference = radiance.radiance[i][t];
-      for (size_t c = 0; c < 3; ++c)
-        difference -= static_cast<float>(hats.weights[c]) * radiance.radiance[kept[hats.directions[c]]][t];
-      sum += static_cast<double>(difference.squaredNorm());
-      ++observed;
-    }
-    if (observed > 0) errors[i] = std::sqrt(sum / (3 * static_cast<double>(observed)));
-  }
-  return errors;
+  Reproductions reproductions(radiance, fine);
+  reproductions.update(kept, mesh);
+  return reproductions.errors();
 }
 
 std::vector<size_t> adaptedDirections(const DirectionalRadiance& radiance, const DirectionMesh& fine,
                                       double tolerance) {
   std::vector<size_t> kept(6);
   std::iota(kept.begin(), kept.end(), size_t{0});
+  Reproductions reproductions(radiance, fine);
   while (kept.size() < fine.directions().size()) {
-    const std::vector<double> errors = reproductionErrors(radiance, fine, kept, meshOf(fine, kept));
+    reproductions.update(kept, meshOf(fine, kept));
+    const std::vector<double>& errors = reproductions.errors();
     const auto worst = std::ranges::max_element(errors);
     if (!(*worst > tolerance)) break;
     const auto index = static_cast<size_t>(worst - errors.begin());

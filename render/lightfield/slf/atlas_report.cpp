@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace surflect::slf {
@@ -45,6 +46,20 @@ bool meetsSquare(const Corners& corners, const Vec2<double>& middle) {
   return true;
 }
 
+struct Stretch {
+  double largest, area; // of a triangle; [Sander 2001, Gamma]
+};
+
+// Least bound of the largest stretch on a share of the surface.
+double boundOf(std::vector<Stretch> stretches, double share) {
+  std::ranges::sort(stretches, {}, &Stretch::largest);
+  double area = 0, below = 0;
+  for (const Stretch& stretch : stretches) area += stretch.area;
+  for (const Stretch& stretch : stretches)
+    if ((below += stretch.area) >= share * area) return stretch.largest;
+  return 0;
+}
+
 } // namespace
 
 size_t texelsInReach(const Chart& chart) {
@@ -69,7 +84,8 @@ AtlasReport atlasReport(const TriangleMesh& mesh, std::span<const Chart> charts,
                         const Progress& progress) {
   AtlasReport report;
   report.regions = charts.size();
-  double area = 0, planeAreas = 0, squares = 0, cones = 0, largest = 0;
+  double area = 0, planeAreas = 0, squares = 0, cones = 0;
+  std::vector<Stretch> stretches;
   double smallestArea = std::numeric_limits<double>::infinity(), largestArea = 0;
   for (const Chart& chart : charts) {
     progress.checkpoint();
@@ -83,7 +99,7 @@ AtlasReport atlasReport(const TriangleMesh& mesh, std::span<const Chart> charts,
       own += triangleArea;
       planeAreas += planeArea(p[0], p[1], p[2]);
       squares += triangleArea * metric.meanSquare();
-      if (triangleArea > 0) largest = std::max(largest, metric.largest());
+      if (triangleArea > 0) stretches.push_back({metric.largest(), triangleArea});
     }
     const double cone = normalCone(mesh, chart.meshTriangles).halfAngle.degrees();
     report.worstCone = std::max(report.worstCone, cone);
@@ -98,7 +114,7 @@ AtlasReport atlasReport(const TriangleMesh& mesh, std::span<const Chart> charts,
   report.meanCone = cones / area;
   report.smallestShare = smallestArea / mean, report.largestShare = largestArea / mean;
   report.meanStretch = std::sqrt(squares / area * planeAreas / area);
-  report.worstStretch = largest * std::sqrt(planeAreas / area);
+  report.highStretch = boundOf(std::move(stretches), 0.99) * std::sqrt(planeAreas / area);
   report.redundancy = static_cast<double>(report.texels) / static_cast<double>(report.texelsNeeded);
   report.cost = static_cast<double>(report.texels) * texelSize * texelSize / area;
   return report;

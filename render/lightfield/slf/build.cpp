@@ -17,6 +17,7 @@
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"
 #include "surfel/base/stopwatch.h"
+#include "surfel/geometry/mesh.h"
 #include "surfel/geometry/smooth_normals.h"
 
 #include <tbb/parallel_for.h>
@@ -295,7 +296,7 @@ BuildReport buildWithCharts(const lightfield::Views& views, std::vector<Chart> c
                             const Progress& progress) {
   requireOptions(options);
   lightfield::LightFieldWriter folder(path, kFormatTag, kFormatVersion);
-  const double area = lightfield::surfaceArea(views.mesh());
+  const double area = surfaceArea(views.mesh());
   const double texelSize = std::sqrt(area / static_cast<double>(std::max<size_t>(1, texelsOf(charts))));
   const AtlasReport atlas = atlasReport(views.mesh(), charts, texelSize, progress);
   Builder builder(views, std::move(charts), options, progress);
@@ -328,7 +329,7 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
   const TriangleMesh& mesh = views.mesh();
   const double footprint = lightfield::pixelFootprint(mesh, trainingCameras(views));
   const size_t most = options.texels > 0 ? options.texels : kMostTexels;
-  double texelSize = std::sqrt(lightfield::surfaceArea(mesh) / static_cast<double>(most));
+  double texelSize = std::sqrt(surfaceArea(mesh) / static_cast<double>(most));
   if (options.texels == 0) texelSize = std::max(texelSize, footprint);
   const Regions regions = regionsOf(mesh, {.regions = options.regions}, progress);
   // Rectangles have more texels than the surface needs.
@@ -337,8 +338,7 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
   const double seconds = watch.seconds();
   BuildReport report = buildWithCharts(views, std::move(fitted.charts), options, folder, progress);
   report.texelSize = texelSize;
-  report.atlas.cost =
-      static_cast<double>(report.surfaceTexels) * texelSize * texelSize / lightfield::surfaceArea(mesh);
+  report.atlas.cost = static_cast<double>(report.surfaceTexels) * texelSize * texelSize / surfaceArea(mesh);
   report.regionSeconds = seconds;
   return report;
 }

@@ -26,6 +26,7 @@ std::vector<Vec2<double>> squareBorder(const Disc& disc, const SquareCorners& co
   const size_t n = disc.border.size();
   assert(n >= 4 && corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < corners[3] &&
          corners[3] < n);
+  assert(shape.bulge > 0 && shape.bulge < 1.0 / 6);
   const auto positionOf = [&](size_t i) -> const Vec3<double>& { return disc.positions[disc.border[i % n]]; };
   std::vector<Vec2<double>> result(n);
   for (size_t side = 0; side < 4; ++side) {

@@ -15,11 +15,14 @@ namespace surflect::slf {
 using SquareCorners = std::array<size_t, 4>;
 
 struct SquareShape {
-  double bulge = 0.02; // how far the middles of the sides stand out beyond the corners; they touch 0 and 1
+  // How far the middles of the sides stand out beyond the corners; they touch 0 and 1. At 1/6 the sides would
+  // meet without a corner.
+  double bulge = 0.02;
   double evenness = 0; // 0 spaces vertices along a side by their distances, 1 evenly
 };
 
-// Coordinates of each border vertex, strictly convex and counter-clockwise. Needs at least 4 vertices.
+// Coordinates of each border vertex, strictly convex and counter-clockwise. Needs at least 4 vertices, and a
+// bulge above 0 and below 1/6.
 std::vector<Vec2<double>> squareBorder(const Disc& disc, const SquareCorners& corners,
                                        const SquareShape& shape = {});
 

@@ -1,8 +1,9 @@
 #include "render/lightfield/common/photographs.h"
 
-#include "tests/support/synthetic_capture.h"
+#include "tests/support/box_capture.h"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <random>
 
@@ -94,6 +95,29 @@ TEST_F(PhotographsTest, FadeContinuouslyTowardsTheOutline) {
       last = static_cast<double>(sample->fade);
     }
     EXPECT_LT(last, 0.3); // 7/27 where all four pixels are at the outline
+  }
+}
+
+// The patch in the middle of one picture has no numbers.
+TEST(Photographs, DoNotShowWhatIsNotANumber) {
+  for (const float none :
+       {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
+    const image::TemporaryFolder folder;
+    const auto radiance = [&](const Vec3<double>& place, const Vec3<double>&) {
+      return place.tail<2>().cwiseAbs().maxCoeff() < 0.1 ? Rgb{1, none, 1} : Rgb{1, 2, 4};
+    };
+    boxes::writeCapture(boxes::unitCube(), radiance, {{{1, 0, 0}}, kSize, 0.2}, folder.path());
+    const Views views(folder.path());
+    const Photographs photographs(views);
+    const auto shows = [&](double offset) { // in pixels, which are 0.0443 wide at the distance of 3.5
+      return photographs.at(0, {kSize / 2 + offset, kSize / 2.0}, std::hypot(3.5, 0.0443 * offset), 0.05);
+    };
+    EXPECT_FALSE(shows(0));
+    EXPECT_FALSE(shows(2.4)); // within a pixel of the last without a number
+    ASSERT_TRUE(shows(2.6));
+    EXPECT_EQ(shows(2.6)->radiance, Vec3<float>(1, 2, 4));
+    EXPECT_LT(shows(2.6)->fade, shows(4)->fade);
+    EXPECT_EQ(photographs.whiteLevel(), 4);
   }
 }
 

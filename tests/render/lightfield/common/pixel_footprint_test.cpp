@@ -29,9 +29,5 @@ TEST(PixelFootprint, WithoutCamerasInFrontIsZero) {
   EXPECT_EQ(pixelFootprint(square, {}), 0);
 }
 
-TEST(PixelFootprint, TheAreaOfACubeIsThatOfItsFaces) {
-  EXPECT_NEAR(lightfield::surfaceArea(boxes::unitCube()), 6, 1e-6);
-}
-
 } // namespace
 } // namespace surflect::lightfield

@@ -112,6 +112,7 @@ TEST(Slab, OptionsOutOfRangeAreErrors) {
   EXPECT_THROW(slabsAround(kMesh, {.distance = 1}), Error);
   EXPECT_THROW(slabsAround(kMesh, {.distance = std::nan("")}), Error);
   EXPECT_THROW(slabsAround(kMesh, {.overlap = -0.1}), Error);
+  EXPECT_THROW(slabsAround(kMesh, {.texels = 0}), Error);
   EXPECT_THROW(slabsAround(kMesh, {.nodes = 7, .texels = 100}), Error);
   EXPECT_THROW(slabsAround({}, {}), Error);
   EXPECT_THROW(slabsAround({{{1, 2, 3}}, {}}, {}), Error);

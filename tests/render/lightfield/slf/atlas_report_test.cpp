@@ -38,7 +38,7 @@ TEST(AtlasReport, OfARectangleMappedExactly) {
   const AtlasReport report = atlasReport(mesh, std::array{chart}, 0.5);
   EXPECT_EQ(report.regions, 1u);
   EXPECT_NEAR(report.meanStretch, 1, 1e-6);
-  EXPECT_NEAR(report.worstStretch, 1, 1e-6);
+  EXPECT_NEAR(report.highStretch, 1, 1e-6);
   EXPECT_EQ(report.texels, 91u);
   EXPECT_EQ(report.texelsNeeded, 91u);
   EXPECT_EQ(report.redundancy, 1);
@@ -53,7 +53,22 @@ TEST(AtlasReport, StretchOfASquashedRectangle) {
   const Chart chart = chartAt(mesh, {{0, 0}, {8, 0}, {8, 4}, {0, 4}}, 9, 5);
   const AtlasReport report = atlasReport(mesh, std::array{chart}, 0.1);
   EXPECT_NEAR(report.meanStretch, std::sqrt(5.0 / 4), 1e-6);
-  EXPECT_NEAR(report.worstStretch, std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(report.highStretch, std::sqrt(2.0), 1e-6);
+}
+
+TEST(AtlasReport, HighStretchIgnoresOneHundredthOfTheSurface) {
+  // A square, and a strip of the given width that has a thousandth of a texel.
+  const auto highStretch = [](double width) {
+    const auto s = static_cast<float>(width);
+    const TriangleMesh mesh = meshOf(
+        {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {2, 0, 0}, {2 + s, 0, 0}, {2 + s, 1, 0}, {2, 1, 0}},
+        {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}});
+    const Chart chart =
+        chartAt(mesh, {{0, 0}, {8, 0}, {8, 8}, {0, 8}, {9, 0}, {9.001, 0}, {9.001, 8}, {9, 8}}, 11, 9);
+    return atlasReport(mesh, std::array{chart}, 0.1).highStretch;
+  };
+  EXPECT_NEAR(highStretch(0.009), 1, 0.01);
+  EXPECT_GT(highStretch(0.011), 50);
 }
 
 TEST(AtlasReport, ConesAndSharesAreThoseOfTheRegions) {

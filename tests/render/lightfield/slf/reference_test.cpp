@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <tuple>
 #include <vector>
@@ -129,6 +131,23 @@ TEST(SlfReference, PlacesAreContinuousWithinARegionWhateverCornerATriangleStarts
   ASSERT_TRUE(before && after);
   EXPECT_EQ(before->region, after->region);
   EXPECT_NEAR((before->place - after->place).norm(), 0, 1e-4);
+}
+
+TEST(SlfReference, SplitVerticesChangeNothing) {
+  Field field = syntheticField();
+  const SyntheticTextures textures(field, {});
+  const Camera camera = cameraAt({1, 2, 4}, {-0.25, -0.5, -1}, 40, 40, 60);
+  const auto before = Reference(field, textures).render(camera);
+  // Each triangle gets vertices of its own; charts keep theirs.
+  const TriangleMesh mesh = field.mesh;
+  for (auto& triangle : field.mesh.triangles)
+    for (uint32_t& corner : triangle) {
+      field.mesh.positions.push_back(mesh.positions[corner]);
+      corner = static_cast<uint32_t>(field.mesh.positions.size() - 1);
+    }
+  const auto after = Reference(field, textures).render(camera);
+  EXPECT_EQ(after.color.values, before.color.values);
+  EXPECT_GT(std::ranges::count(before.observed.values, 1.f), 100);
 }
 
 } // namespace

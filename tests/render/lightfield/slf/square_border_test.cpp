@@ -37,6 +37,22 @@ TEST(SquareBorder, IsStrictlyConvexWithinTheSquareAndTouchesItsSides) {
   }
 }
 
+TEST(SquareBorder, IsStrictlyConvexUpToABulgeOfASixth) {
+  const Disc disc = wholeOf(squarePatch(200));
+  const size_t n = disc.border.size();
+  for (const double bulge : {1e-3, 0.1, 0.165}) {
+    const std::vector<Vec2<double>> p = squareBorder(disc, {0, 200, 400, 600}, {bulge});
+    for (size_t i = 0; i < n; ++i) EXPECT_GT(planeArea(p[i], p[(i + 1) % n], p[(i + 2) % n]), 0) << bulge;
+  }
+  // Beside a corner, the border turns less and less.
+  const auto turnAtCorner = [&](double bulge) {
+    const std::vector<Vec2<double>> p = squareBorder(disc, {0, 200, 400, 600}, {bulge});
+    return planeArea(p[199], p[200], p[201]) / ((p[200] - p[199]).norm() * (p[201] - p[200]).norm());
+  };
+  EXPECT_GT(turnAtCorner(0.02), 0.45);
+  EXPECT_LT(turnAtCorner(0.165), 0.02);
+}
+
 TEST(SquareBorder, SpacesVerticesByTheirDistances) {
   const Disc disc = wholeOf(shaken(squarePatch(9), 0.03f, 1));
   const std::vector<Vec2<double>> p = squareBorder(disc, {0, 9, 18, 27});

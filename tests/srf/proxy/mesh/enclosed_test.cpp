@@ -1,6 +1,6 @@
 #include "srf/proxy/mesh/enclosed.h"
 
-#include "surfel/sampling.h"
+#include "surfel/geometry/mesh.h"
 
 #include <gtest/gtest.h>
 
