@@ -2,6 +2,7 @@
 
 #include "render/lightfield/lfm/lfm_file.h"
 #include "render/lightfield/lfm/radiance.h"
+#include "tests/render/lightfield/lfm/edge_places.h"
 #include "tests/support/box_capture.h"
 #include "tests/support/random.h"
 
@@ -83,6 +84,26 @@ TEST(LfmBuild, OneTermHasWhatChangesInOneWayWithTheDirection) {
   ASSERT_GT(count, 150u);
   EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.05);
   EXPECT_GT(meanSquares, 10 * squares);
+}
+
+TEST(LfmBuild, IsContinuousAcrossEdgesForEveryNumberOfTerms) {
+  const auto textured = [](const Vec3<double>& p, const Vec3<double>& d) {
+    const Rgb rgb = glossy(p, d);
+    const auto wave = static_cast<float>(1.5 + std::sin(9 * p.x()) * std::cos(7 * p.y() + p.z()));
+    return Rgb{wave * rgb.r, rgb.g, wave * wave * rgb.b};
+  };
+  const Built built(textured);
+  std::mt19937 random(2);
+  size_t terms = 0;
+  for (const auto& [a, b] : testing::edgePlaces(built.maps.mesh, random)) {
+    const Direction d = assume<Direction>(randomUnit(random));
+    for (terms = 0; terms <= built.maps.terms.size(); ++terms) {
+      const Vec3<double> one = radianceAt(built.maps, a, d, terms),
+                         other = radianceAt(built.maps, b, d, terms);
+      EXPECT_LT((one - other).norm(), 1e-9);
+    }
+  }
+  EXPECT_EQ(terms, 4u);
 }
 
 // The middle of a cube's face is a sample.

@@ -1,12 +1,12 @@
 #include "render/lightfield/lfm/radiance.h"
 
 #include "render/lightfield/lfm/patch_blend.h"
+#include "tests/render/lightfield/lfm/edge_places.h"
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/support/random.h"
 
 #include <array>
 #include <cmath>
-#include <map>
 #include <random>
 #include <utility>
 #include <vector>
@@ -63,33 +63,6 @@ TEST(PatchBlend, TurningThriceReturnsAndTurnsTheCorners) {
       EXPECT_EQ(turned(n, turned(n, turned(n, place, 1), 1), 1), place);
       EXPECT_EQ(turned(n, turned(n, place, 1), 2), place);
     }
-}
-
-// Two triangles of a mesh at a common edge, and the same place in both.
-struct EdgePlace {
-  TrianglePlace a, b;
-};
-
-std::vector<EdgePlace> edgePlaces(const TriangleMesh& mesh, std::mt19937& random) {
-  std::map<std::pair<uint32_t, uint32_t>, std::pair<size_t, size_t>> edges; // triangle, corner
-  std::vector<EdgePlace> places;
-  const auto placeOn = [](size_t triangle, size_t corner, double share) {
-    std::array<double, 3> weights{};
-    weights[corner] = 1 - share, weights[(corner + 1) % 3] = share;
-    return TrianglePlace{triangle, weights[1], weights[2]};
-  };
-  for (size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (size_t corner = 0; corner < 3; ++corner) {
-      const uint32_t from = mesh.triangles[t][corner], to = mesh.triangles[t][(corner + 1) % 3];
-      if (const auto other = edges.find({to, from}); other != edges.end())
-        for (int i = 0; i < 5; ++i) {
-          const double share = std::uniform_real_distribution<double>(0, 1)(random);
-          places.push_back(
-              {placeOn(t, corner, share), placeOn(other->second.first, other->second.second, 1 - share)});
-        }
-      edges[{from, to}] = {t, corner};
-    }
-  return places;
 }
 
 TEST(LightFieldMaps, AreContinuousAcrossEdgesForEveryNumberOfTerms) {
