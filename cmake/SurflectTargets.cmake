@@ -31,6 +31,23 @@ target_precompile_headers(surflect_common_headers PRIVATE
   <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional>
   <span> <string> <string_view> <variant> <vector>)
 
+set(SURFLECT_BATCH 1 CACHE STRING "Sources of a target compiled together: more build faster, fewer rebuild faster")
+# In a batch, local names may be those of functions of other files, g++ 12 takes empty vectors for uninitialised, and
+# types of unnamed namespaces for those of headers. Linked last, to come after the other options.
+add_library(surflect_batches INTERFACE)
+target_compile_options(surflect_batches INTERFACE -Wno-shadow)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(surflect_batches INTERFACE -Wno-maybe-uninitialized -Wno-subobject-linkage)
+endif()
+
+# surflect_batches(TARGET): compiles its sources in batches. Their local names must differ within a namespace.
+function(surflect_batches target)
+  if(SURFLECT_BATCH GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SURFLECT_BATCH})
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:surflect_batches>)
+  endif()
+endfunction()
+
 # surflect_library(NAME [INTERNAL] [SOURCES a.cpp ...] [DEPENDS PUBLIC x PRIVATE y ...])
 # The library of the current folder's sources, or of those named. Unless INTERNAL, it is installed with its headers as
 # Surflect::NAME. Every header must compile alone: x.h is proven by x.cpp, which includes it first (tests check that, and
@@ -56,6 +73,7 @@ function(surflect_library name)
   set_target_properties(${name} PROPERTIES
     VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY HEADERS EXPORT_NAME ${exported})
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:surflect_settings> ${LIB_DEPENDS})
+  surflect_batches(${name})
   if(NOT LIB_INTERNAL)
     install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
   endif()
@@ -66,7 +84,7 @@ endfunction()
 # for AVX-512, and chooses when they are called.
 function(surflect_kernels target)
   target_link_libraries(${target} PRIVATE hwy::hwy)
-  set_source_files_properties(${ARGN} PROPERTIES
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
     COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL)")
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # g++ 12 takes the undefined registers in its own intrinsics for a mistake.
