@@ -50,8 +50,8 @@ endfunction()
 
 # surflect_library(NAME [INTERNAL] [SOURCES a.cpp ...] [DEPENDS PUBLIC x PRIVATE y ...])
 # The library of the current folder's sources, or of those named. Unless INTERNAL, it is installed with its headers as
-# Surflect::NAME. Every header must compile alone: x.h is proven by x.cpp, which includes it first (tests check that, and
-# that it includes what has been precompiled); a header without a source of its name is compiled by itself.
+# Surflect::NAME. Every header must compile alone: tests/structure/lone_headers.py compiles each, as ./check asks, and
+# tests/structure/self_contained.py sees to it that each includes what has been precompiled.
 function(surflect_library name)
   cmake_parse_arguments(LIB "INTERNAL" "" "SOURCES;DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
@@ -59,23 +59,16 @@ function(surflect_library name)
   if(LIB_SOURCES)
     set(sources ${LIB_SOURCES})
   endif()
-  list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE own_headers)
-  set(lone_headers ${headers})
-  list(REMOVE_ITEM lone_headers ${own_headers})
-  list(REMOVE_ITEM headers ${lone_headers})
   add_library(${name} STATIC ${sources})
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_precompile_headers(${name} REUSE_FROM surflect_common_headers)
-  target_sources(${name} PUBLIC
-    FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${lone_headers}
-    FILE_SET own_headers TYPE HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
   string(REPLACE "surflect_" "" exported ${name})
-  set_target_properties(${name} PROPERTIES
-    VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY HEADERS EXPORT_NAME ${exported})
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported})
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:surflect_settings> ${LIB_DEPENDS})
   surflect_batches(${name})
   if(NOT LIB_INTERNAL)
-    install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
+    install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS)
   endif()
 endfunction()
 
