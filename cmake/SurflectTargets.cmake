@@ -74,11 +74,11 @@ endfunction()
 
 # surflect_kernels(TARGET FILE...)
 # Sources of the target that are written over Highway: it compiles each for what every processor has, for AVX2 and
-# for AVX-512, and chooses when they are called.
+# for AVX-512, and chooses when they are called. Fuzz targets, which need none of them, have the first alone.
 function(surflect_kernels target)
   target_link_libraries(${target} PRIVATE hwy::hwy)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
-    COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL)")
+    COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL);$<$<BOOL:${SURFLECT_FUZZ}>:HWY_COMPILE_ONLY_STATIC>")
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # g++ 12 takes the undefined registers in its own intrinsics for a mistake.
     set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized")
