@@ -19,7 +19,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct CaptureArguments {
   std::string stage, output, model, scale, script;
   double frame = 1;
   model::PackOptions pack;
@@ -51,7 +51,7 @@ Progress withTimeLeft(Progress progress) {
   return progress;
 }
 
-Json capturePictures(const stage::Stage& stage, const Arguments& arguments, const Progress& progress) {
+Json capturePictures(const stage::Stage& stage, const CaptureArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
   stage::StageReport report;
   if (!arguments.script.empty()) {
@@ -89,7 +89,7 @@ void announceSize(const model::PackEstimate& estimate) {
                   static_cast<double>(estimate.memoryBytes) / 1e6, estimate.surfels));
 }
 
-Json runCapture(const Arguments& arguments, const Progress& progress) {
+Json runCapture(const CaptureArguments& arguments, const Progress& progress) {
   progress("shapes", 0);
   const stage::Stage stage = stage::readStage(arguments.stage, arguments.scale);
   const auto isClear = [](const stage::StageObject& object) { return material::isSpecular(object.material); };
@@ -110,7 +110,7 @@ Json runCapture(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addCaptureCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CaptureArguments>();
   CLI::App* command = app.add_subcommand("capture", "photograph a virtual light stage; run again to resume");
   command->footer("Example: surflect capture examples/stages/sphere.toml -o sphere\n"
                   "         surflect capture examples/stages/sphere.toml --pack sphere.srf -o test");

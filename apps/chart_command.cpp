@@ -18,7 +18,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct ChartArguments {
   std::vector<std::string> paths; // models, then the capture
   std::string bent, script, output;
   capture::PathRule outside = capture::PathRule::inside;
@@ -65,7 +65,7 @@ std::string optionsAgain(const CLI::App& command, const std::vector<std::string>
   return text;
 }
 
-Json runChart(const Arguments& arguments, const Progress& progress) {
+Json runChart(const ChartArguments& arguments, const Progress& progress) {
   const std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
   std::set<std::filesystem::path> distinct;
   for (const std::filesystem::path& model : models)
@@ -89,7 +89,7 @@ Json runChart(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addChartCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ChartArguments>();
   CLI::App* command = app.add_subcommand("chart", "chart the speed of settings against their accuracy");
   command->footer(
       "Example: surflect chart vase.srf examples/vase --knob cameras=3,2,1 --knob lights=3,1 -o report/");

@@ -14,7 +14,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::string model, script, split = "test";
   CaptureArgument capture;
   std::vector<std::string> baselines;
@@ -27,7 +27,7 @@ struct Arguments {
 const std::map<std::string, std::string> kBaselines = {{"nearest", "baseline"},
                                                        {"lambert", "baseline_lambert"}};
 
-Json jsonOf(const evaluation::Score& score) {
+Json scoreJson(const evaluation::Score& score) {
   return {{"psnr_linear_db", score.difference.psnrLinear()},
           {"psnr_srgb_db", score.difference.psnrSrgb()},
           {"ssim_srgb", score.difference.ssim()},
@@ -46,8 +46,8 @@ Json summaryOf(const evaluation::Evaluation& evaluation,
     groups[frame.group] += scoreOf(frame);
     groups[frame.frontLit ? "front_lit" : "back_lit"] += scoreOf(frame);
   }
-  Json json = jsonOf(all);
-  for (const auto& [group, score] : groups) json["groups"][group] = jsonOf(score);
+  Json json = scoreJson(all);
+  for (const auto& [group, score] : groups) json["groups"][group] = scoreJson(score);
   return json;
 }
 
@@ -68,7 +68,7 @@ void sayTable(const Json& report) {
     if (report.contains(key)) table(name, report[key]);
 }
 
-Json runEvaluate(const Arguments& arguments, const Progress& progress) {
+Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   const auto renderer = render::openRenderer(arguments.model, arguments.options, progress);
   renderer->turn(arguments.setting);
   const capture::Capture capture = arguments.capture.read();
@@ -110,8 +110,8 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
                   {"group", frame.group},
                   {"lit", frame.frontLit ? "front" : "back"},
                   {"mask_iou", frame.maskIou}};
-    entry.update(jsonOf(frame.score));
-    for (const auto& [name, score] : frame.others) entry[kBaselines.at(name)] = jsonOf(score);
+    entry.update(scoreJson(frame.score));
+    for (const auto& [name, score] : frame.others) entry[kBaselines.at(name)] = scoreJson(score);
     report["frames"].push_back(std::move(entry));
   }
   sayTable(report);
@@ -121,7 +121,7 @@ Json runEvaluate(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addEvaluateCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EvaluateArguments>();
   CLI::App* command = app.add_subcommand("evaluate", "compare renderings with a capture's photographs");
   command->footer("Example: surflect evaluate vase.srf examples/vase --baseline nearest --json");
   command->add_option("model", arguments->model, "a packed model")->required();

@@ -20,7 +20,7 @@ const std::map<std::string, importers::ImportFormat> kFormats{
 const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture::ColorSpace::linear},
                                                               {"srgb", capture::ColorSpace::srgb}};
 
-struct Arguments {
+struct ImportArguments {
   std::string source, output, images, lights;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
@@ -34,7 +34,7 @@ std::string nameOf(importers::ImportFormat format) {
   return "";
 }
 
-Json runImport(const Arguments& arguments, const Progress& progress) {
+Json runImport(const ImportArguments& arguments, const Progress& progress) {
   const importers::ImportReport report =
       importers::importCapture(arguments.source, arguments.output, arguments.options, progress);
   for (const std::string& note : report.notes) say(note);
@@ -55,7 +55,7 @@ Json runImport(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addImportCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ImportArguments>();
   importers::ImportOptions& options = arguments->options;
   CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
   command->footer("Example: surflect import temple/templeSR_par.txt -o temple --test-every 8");

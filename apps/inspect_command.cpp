@@ -49,15 +49,15 @@ Json describe(const model::Model& model) {
           {"tolerance", model.tolerance},        {"box", {corner(box.min()), corner(box.max())}}};
 }
 
-struct Arguments {
+struct InspectArguments {
   CaptureArgument input;
   std::string overlay;
   proxy::ImpostorOptions impostor;
   size_t maxFrames = 24;
 };
 
-Json drawOverlay(const capture::Capture& capture, const proxy::Impostor& impostor, const Arguments& arguments,
-                 const Progress& progress) {
+Json drawOverlay(const capture::Capture& capture, const proxy::Impostor& impostor,
+                 const InspectArguments& arguments, const Progress& progress) {
   const evaluation::WhiteSurface surface(impostor.mesh);
   const auto frames = evaluation::spreadFrames(capture, arguments.maxFrames);
   const evaluation::ContactSheet sheet = evaluation::contactSheet(capture, frames, surface, progress);
@@ -79,7 +79,7 @@ Json told(Json report) {
   return report;
 }
 
-Json runInspect(const Arguments& arguments, const Progress& progress) {
+Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   const bool packed = model::isFinished(arguments.input.path) || model::isUnfinished(arguments.input.path);
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
@@ -112,7 +112,7 @@ Json runInspect(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addInspectCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InspectArguments>();
   CLI::App* command = app.add_subcommand(
       "inspect", "say what is in a capture or a model, and what of a capture cannot be right");
   command->footer("Example: surflect inspect vase.srf\n"

@@ -14,7 +14,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct BenchmarkArguments {
   std::string script;
   int rounds = 1;
   double scale = 1;
@@ -32,7 +32,7 @@ void saySpread(const std::string& name, const Json& spread) {
                   spread["median"].get<double>(), spread["most"].get<double>()));
 }
 
-Json runBenchmark(const Arguments& arguments, const Progress& progress) {
+Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress) {
   const scene::ScriptHead head = scene::readScriptHead(arguments.script);
   TimedRenderer renderer(render::openRenderer(head.model, arguments.options, progress));
   const scene::Script script = scene::readScript(arguments.script, renderer.describe().rig.origin);
@@ -70,7 +70,7 @@ Json runBenchmark(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addLightFieldBenchmark(CLI::App& lightField, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BenchmarkArguments>();
   CLI::App* command = lightField.add_subcommand(
       "benchmark", "time the frames of a script one after another, without writing pictures");
   command->footer("Example: surflect lightfield benchmark orbit.toml --rounds 3 --json");

@@ -34,7 +34,7 @@ struct SlfArguments {
   slf::BuildOptions options;
 };
 
-Json jsonOf(const slf::AtlasReport& atlas) {
+Json atlasJson(const slf::AtlasReport& atlas) {
   return {{"regions", atlas.regions},
           {"worst_cone_deg", atlas.worstCone},
           {"mean_cone_deg", atlas.meanCone},
@@ -64,7 +64,7 @@ Json runSlf(const SlfArguments& arguments, const Progress& progress) {
                   arguments.common.output, report.texturesStored, atlas.regions, arguments.options.directions,
                   report.surfaceTexels, mebibytes(report.bytes), watch.seconds()));
   return {{"format", "slf"},
-          {"atlas", jsonOf(atlas)},
+          {"atlas", atlasJson(atlas)},
           {"photographs", report.photographs},
           {"texel_size", report.texelSize},
           {"pixel_footprint", report.pixelFootprint},
@@ -139,7 +139,7 @@ size_t quotaOf(const LumigraphArguments& arguments, const Progress& progress) {
   return lumigraph::kSlabs * lumigraph::slabQuota(texels, arguments.redundancy);
 }
 
-Json jsonOf(const lumigraph::DepthErrors& errors) {
+Json depthErrorsJson(const lumigraph::DepthErrors& errors) {
   return {{"lines", errors.lines},
           {"mean", errors.meanDepth},
           {"worst", errors.worstDepth},
@@ -186,7 +186,7 @@ Json runLumigraph(LumigraphArguments& arguments, const Progress& progress) {
           {"texels_missed", report.texels.missed},
           {"black_pictures", report.blackPictures},
           {"depth_triangles", report.triangles},
-          {"depth_errors", report.errors ? jsonOf(*report.errors) : Json()},
+          {"depth_errors", report.errors ? depthErrorsJson(*report.errors) : Json()},
           {"bytes", report.bytes},
           {"seconds", report.seconds},
           {"memory_peak_bytes", memoryUse().peakBytes}};

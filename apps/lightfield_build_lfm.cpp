@@ -26,7 +26,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct LfmArguments {
   BuildArguments common;
   size_t triangles = 0;
   lfm::BuildOptions options{.samples = 0};
@@ -53,7 +53,7 @@ double ratio(uint64_t whole, size_t part) {
   return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 0;
 }
 
-Json runLfm(const Arguments& arguments, const Progress& progress) {
+Json runLfm(const LfmArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
   const std::filesystem::path output = arguments.common.output;
   lightfield::Views views = arguments.common.read(progress);
@@ -118,7 +118,7 @@ Json runLfm(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addLightFieldMaps(CLI::App& build, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<LfmArguments>();
   lfm::BuildOptions& options = arguments->options;
   CLI::App* command = build.add_subcommand("lfm", "light field maps: products of surface maps and view maps");
   command->footer("Example: surflect lightfield build lfm views/ -o vase.lfm --terms 3 --vq 8 --s3tc");

@@ -17,7 +17,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::vector<std::string> models;
   CaptureArgument views;
   bool nearest = false, train = false;
@@ -61,7 +61,7 @@ Json scored(const std::string& name, const std::filesystem::path& model,
   return row;
 }
 
-void sayTable(const Json& rows) {
+void sayComparison(const Json& rows) {
   size_t width = 5;
   for (const Json& row : rows) width = std::max(width, row["name"].get<std::string>().size());
   say(fmt::format("{:<{}}  linear dB  interior  sRGB dB    SSIM       MiB  ms a frame  passes", "model",
@@ -82,7 +82,7 @@ render::RendererOptions nearestOf(render::RendererOptions options) {
   return options;
 }
 
-Json runCompare(const Arguments& arguments, const Progress& progress) {
+Json runCompare(const CompareArguments& arguments, const Progress& progress) {
   const capture::Capture views = arguments.views.read();
   evaluation::EvaluateOptions options;
   options.split = arguments.train ? capture::Split::train : capture::Split::test;
@@ -96,7 +96,7 @@ Json runCompare(const Arguments& arguments, const Progress& progress) {
                           options, progress));
     rows.back().erase("bytes"); // the photographs', not the model's
   }
-  sayTable(rows);
+  sayComparison(rows);
   return {{"views", arguments.views.path},
           {"split", arguments.train ? "train" : "test"},
           {"models", std::move(rows)}};
@@ -105,7 +105,7 @@ Json runCompare(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addLightFieldCompare(CLI::App& lightField, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   CLI::App* command = lightField.add_subcommand(
       "compare", "accuracy on held-out views, size and speed of light fields and other models");
   command->footer(

@@ -14,7 +14,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct PackArguments {
   CaptureArgument capture;
   std::string output;
   model::PackOptions options;
@@ -25,7 +25,7 @@ struct Arguments {
 class CheckedSource : public model::CaptureSource {
 public:
   // Adds findings to `findings`.
-  CheckedSource(const Arguments& arguments, std::vector<validation::Finding>& findings)
+  CheckedSource(const PackArguments& arguments, std::vector<validation::Finding>& findings)
       : model::CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
 
   proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
@@ -58,11 +58,11 @@ private:
           .in(training().file);
   }
 
-  const Arguments& arguments_;
+  const PackArguments& arguments_;
   std::vector<validation::Finding>& findings_;
 };
 
-Json runPack(const Arguments& arguments, const Progress& progress) {
+Json runPack(const PackArguments& arguments, const Progress& progress) {
   std::vector<validation::Finding> findings;
   CheckedSource source(arguments, findings);
   const model::PackReport report =
@@ -76,7 +76,7 @@ Json runPack(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addPackCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PackArguments>();
   CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
   command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.05");
   addCaptureArgument(*command, arguments->capture);

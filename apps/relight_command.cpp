@@ -16,7 +16,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct RelightArguments {
   CaptureArgument capture;
   std::string lights, environment, output;
   std::array<double, 3> up = {0, 1, 0};
@@ -25,7 +25,7 @@ struct Arguments {
 };
 
 // Script of the arguments: the file's, or one with the environment as its only light.
-scene::Script scriptOf(const Arguments& arguments, const Vec3<double>& origin) {
+scene::Script scriptOf(const RelightArguments& arguments, const Vec3<double>& origin) {
   if (!arguments.lights.empty()) {
     scene::Script script = scene::readScript(arguments.lights, origin);
     if (script.lights.empty()) throw Error("missing").at("light").in(script.path);
@@ -58,7 +58,7 @@ void sayChanged(const std::vector<scene::Environment>& environments) {
   }
 }
 
-Json runRelight(const Arguments& arguments, const Progress& progress) {
+Json runRelight(const RelightArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
   const capture::Capture capture = arguments.capture.read();
   const scene::Script script = scriptOf(arguments, capture.origin);
@@ -97,7 +97,7 @@ Json runRelight(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addRelightCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RelightArguments>();
   CLI::App* command =
       app.add_subcommand("relight", "views under other light, as sums of photographs; run again to resume");
   command->footer(

@@ -32,7 +32,7 @@ namespace surflect {
 
 namespace {
 
-struct Arguments {
+struct RenderArguments {
   std::string script, output, frames;
   render::RendererOptions renderer;
   QualityOptions quality;
@@ -66,7 +66,7 @@ FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
 }
 
 // Counts that belong to a group become an object of their own; whole numbers are written without a point.
-Json jsonOf(const render::FrameReport& frame) {
+Json frameJson(const render::FrameReport& frame) {
   Json json = {{"seconds", frame.seconds}};
   for (const auto& [name, value] : frame.counts) {
     const size_t dot = name.find('.');
@@ -79,7 +79,7 @@ Json jsonOf(const render::FrameReport& frame) {
   return json;
 }
 
-Json jsonOf(const scene::Environment& environment, const render::EnvironmentReport& prepared) {
+Json environmentJson(const scene::Environment& environment, const render::EnvironmentReport& prepared) {
   return {{"image", environment.image.string()},
           {"texels", environment.map->texels.size()},
           {"replaced_texels", environment.map->replaced},
@@ -143,7 +143,7 @@ std::filesystem::path previewPath(std::filesystem::path picture) { return pictur
 
 // Folders of the frames. Throws Error if a frame cannot be written: its folder cannot be created or written
 // to, or its name is taken by something other than a file.
-std::set<std::filesystem::path> writableFolders(const scene::Output& output, const Arguments& arguments,
+std::set<std::filesystem::path> writableFolders(const scene::Output& output, const RenderArguments& arguments,
                                                 const FrameRange& range) {
   std::set<std::filesystem::path> folders;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
@@ -157,7 +157,7 @@ std::set<std::filesystem::path> writableFolders(const scene::Output& output, con
 }
 
 // Removes temporaries of these frames left by a killed run.
-void removeLitter(const scene::Script& script, const Arguments& arguments) {
+void removeLitter(const scene::Script& script, const RenderArguments& arguments) {
   std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
   for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
     const auto path = scene::framePath(*script.output, arguments.output, frame);
@@ -204,7 +204,7 @@ bool isAlone() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
 }
 
-Json runRender(const Arguments& arguments, const Progress& progress) {
+Json runRender(const RenderArguments& arguments, const Progress& progress) {
   const scene::ScriptHead head = scene::readScriptHead(arguments.script);
   // Original coordinates need the model's origin. Any other script is checked before the model is opened.
   std::optional<scene::Script> early;
@@ -233,7 +233,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
       {"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
   for (const auto& [name, count] : model.counts) report[name] = count;
   for (size_t i = 0; i < shot.environments().size(); ++i)
-    report["environments"].push_back(jsonOf(shot.environments()[i], shot.environmentReports()[i]));
+    report["environments"].push_back(environmentJson(shot.environments()[i], shot.environmentReports()[i]));
   size_t kept = 0;
   bool saidEmpty = false;
   const Stopwatch film;
@@ -263,7 +263,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
       }
-      Json entry = jsonOf(picture.report);
+      Json entry = frameJson(picture.report);
       entry["frame"] = frame;
       entry["file"] = path.string();
       entry["total_seconds"] = watch.seconds();
@@ -294,7 +294,7 @@ Json runRender(const Arguments& arguments, const Progress& progress) {
 } // namespace
 
 void addRenderCommand(CLI::App& app, CommandWork& work) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "render the frames of a script");
   command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5");
   command->add_option("script", arguments->script, "TOML: model, camera, lights and warps over time")

@@ -31,10 +31,27 @@ target_precompile_headers(surflect_common_headers PRIVATE
   <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional>
   <span> <string> <string_view> <variant> <vector>)
 
+set(SURFLECT_BATCH 1 CACHE STRING "Sources of a target compiled together: more build faster, fewer rebuild faster")
+# In a batch, local names may be those of functions of other files, g++ 12 takes empty vectors for uninitialised, and
+# types of unnamed namespaces for those of headers. Linked last, to come after the other options.
+add_library(surflect_batches INTERFACE)
+target_compile_options(surflect_batches INTERFACE -Wno-shadow)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(surflect_batches INTERFACE -Wno-maybe-uninitialized -Wno-subobject-linkage)
+endif()
+
+# surflect_batches(TARGET): compiles its sources in batches. Their local names must differ within a namespace.
+function(surflect_batches target)
+  if(SURFLECT_BATCH GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SURFLECT_BATCH})
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:surflect_batches>)
+  endif()
+endfunction()
+
 # surflect_library(NAME [INTERNAL] [SOURCES a.cpp ...] [DEPENDS PUBLIC x PRIVATE y ...])
 # The library of the current folder's sources, or of those named. Unless INTERNAL, it is installed with its headers as
-# Surflect::NAME. Every header must compile alone: x.h is proven by x.cpp, which includes it first (tests check that, and
-# that it includes what has been precompiled); a header without a source of its name is compiled by itself.
+# Surflect::NAME. Every header must compile alone: tests/structure/lone_headers.py compiles each, as ./check asks, and
+# tests/structure/self_contained.py sees to it that each includes what has been precompiled.
 function(surflect_library name)
   cmake_parse_arguments(LIB "INTERNAL" "" "SOURCES;DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
@@ -42,32 +59,26 @@ function(surflect_library name)
   if(LIB_SOURCES)
     set(sources ${LIB_SOURCES})
   endif()
-  list(TRANSFORM sources REPLACE "[.]cpp$" ".h" OUTPUT_VARIABLE own_headers)
-  set(lone_headers ${headers})
-  list(REMOVE_ITEM lone_headers ${own_headers})
-  list(REMOVE_ITEM headers ${lone_headers})
   add_library(${name} STATIC ${sources})
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_precompile_headers(${name} REUSE_FROM surflect_common_headers)
-  target_sources(${name} PUBLIC
-    FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${lone_headers}
-    FILE_SET own_headers TYPE HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${headers})
   string(REPLACE "surflect_" "" exported ${name})
-  set_target_properties(${name} PROPERTIES
-    VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY HEADERS EXPORT_NAME ${exported})
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${exported})
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:surflect_settings> ${LIB_DEPENDS})
+  surflect_batches(${name})
   if(NOT LIB_INTERNAL)
-    install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS FILE_SET own_headers)
+    install(TARGETS ${name} EXPORT SurflectTargets FILE_SET HEADERS)
   endif()
 endfunction()
 
 # surflect_kernels(TARGET FILE...)
 # Sources of the target that are written over Highway: it compiles each for what every processor has, for AVX2 and
-# for AVX-512, and chooses when they are called.
+# for AVX-512, and chooses when they are called. Fuzz targets, which need none of them, have the first alone.
 function(surflect_kernels target)
   target_link_libraries(${target} PRIVATE hwy::hwy)
-  set_source_files_properties(${ARGN} PROPERTIES
-    COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL)")
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+    COMPILE_DEFINITIONS "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4|HWY_AVX3_DL);$<$<BOOL:${SURFLECT_FUZZ}>:HWY_COMPILE_ONLY_STATIC>")
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # g++ 12 takes the undefined registers in its own intrinsics for a mistake.
     set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized")

@@ -13,7 +13,7 @@ namespace surflect::chart {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // A field of a CSV file, quoted where it must be.  [RFC 4180]
 std::string quoted(const std::string& text) {
@@ -25,7 +25,7 @@ std::string quoted(const std::string& text) {
 
 std::string numberOf(double number) { return fmt::format("{}", number); }
 
-Json jsonOf(const Agreement& agreement) {
+OrderedJson agreementJson(const Agreement& agreement) {
   return {{"psnr_linear_db", agreement.psnrLinearDb},
           {"psnr_srgb_db", agreement.psnrSrgbDb},
           {"ssim_srgb", agreement.ssim},
@@ -88,24 +88,24 @@ std::string csvOf(const Chart& chart) {
 }
 
 std::string jsonOf(const Chart& chart) {
-  Json json = {{"title", chart.title},
-               {"machine", chart.machine},
-               {"command", chart.command},
-               {"rest_frames", chart.restFrames},
-               {"bent_frames", chart.bentFrames},
-               {"rest_frames_held_out", chart.restHeldOut},
-               {"bent_frames_held_out", chart.bentHeldOut},
-               {"knobs", Json::array()},
-               {"points", Json::array()}};
+  OrderedJson json = {{"title", chart.title},
+                      {"machine", chart.machine},
+                      {"command", chart.command},
+                      {"rest_frames", chart.restFrames},
+                      {"bent_frames", chart.bentFrames},
+                      {"rest_frames_held_out", chart.restHeldOut},
+                      {"bent_frames_held_out", chart.bentHeldOut},
+                      {"knobs", OrderedJson::array()},
+                      {"points", OrderedJson::array()}};
   for (const knobs::Knob& knob : chart.knobs)
     json["knobs"].push_back({{"name", knob.name}, {"meaning", knob.meaning}, {"values", knob.values}});
   for (const Point& point : chart.points) {
-    Json entry = {{"model", point.model.string()},
-                  {"setting", point.setting},
-                  {"name", point.name},
-                  {"command", point.command},
-                  {"rest", jsonOf(point.rest)}};
-    if (point.bent) entry["bent"] = jsonOf(*point.bent);
+    OrderedJson entry = {{"model", point.model.string()},
+                         {"setting", point.setting},
+                         {"name", point.name},
+                         {"command", point.command},
+                         {"rest", agreementJson(point.rest)}};
+    if (point.bent) entry["bent"] = agreementJson(*point.bent);
     entry.update({{"rms_to_full", point.rmsToFull},
                   {"frame_ms", point.milliseconds},
                   {"stages_ms", point.stages},
@@ -116,7 +116,7 @@ std::string jsonOf(const Chart& chart) {
                   {"chosen", point.isChosen}});
     json["points"].push_back(std::move(entry));
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 void writeChart(const Chart& chart, const std::filesystem::path& folder) {

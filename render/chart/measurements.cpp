@@ -35,18 +35,18 @@ Agreement agreementOf(const Json& json) {
           numberOf(json.at("flip"))};
 }
 
-Accuracy accuracyOf(const Json& json) {
+Accuracy accuracyIn(const Json& json) {
   Accuracy accuracy{agreementOf(json.at("rest")), std::nullopt, numberOf(json.at("rms_to_full")),
                     numberOf(json.at("bytes_read")), json.at("memory_bytes").get<size_t>()};
   if (json.contains("bent")) accuracy.bent = agreementOf(json.at("bent"));
   return accuracy;
 }
 
-Timing timingOf(const Json& json) {
+Timing timingIn(const Json& json) {
   return {json.at("milliseconds").get<double>(), json.at("stages").get<std::map<std::string, double>>()};
 }
 
-Cost costOf(const Json& json) { return {json.at("work").get<double>(), numberOf(json.at("error"))}; }
+Cost costIn(const Json& json) { return {json.at("work").get<double>(), numberOf(json.at("error"))}; }
 
 // Nothing if there is no text, or if it is not what `read` expects.
 template <class Read> auto parsed(const std::string* text, Read read) {
@@ -82,13 +82,13 @@ const std::string* Measurements::find(std::string_view kind, const std::string& 
 }
 
 std::optional<Accuracy> Measurements::accuracy(const std::string& key) const {
-  return parsed(find("accuracy", key), accuracyOf);
+  return parsed(find("accuracy", key), accuracyIn);
 }
 std::optional<Timing> Measurements::timing(const std::string& key) const {
-  return parsed(find("timing", key), timingOf);
+  return parsed(find("timing", key), timingIn);
 }
 std::optional<Cost> Measurements::cost(const std::string& key) const {
-  return parsed(find("cost", key), costOf);
+  return parsed(find("cost", key), costIn);
 }
 
 void Measurements::keep(const char* kind, const std::string& key, std::string json) {

@@ -8,7 +8,7 @@ namespace surflect::gl {
 
 namespace {
 
-Handle created() {
+Handle createdBuffer() {
   GLuint name = 0;
   glCreateBuffers(1, &name);
   return {name, [](unsigned n) { glDeleteBuffers(1, &n); }};
@@ -16,7 +16,7 @@ Handle created() {
 
 } // namespace
 
-Buffer::Buffer(std::span<const std::byte> content) : handle_(created()) {
+Buffer::Buffer(std::span<const std::byte> content) : handle_(createdBuffer()) {
   if (!content.empty()) // OpenGL has no empty storage
     glNamedBufferStorage(name(), static_cast<GLsizeiptr>(content.size()), content.data(), 0);
   requireNoErrors();

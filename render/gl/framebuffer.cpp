@@ -11,7 +11,7 @@ namespace surflect::gl {
 
 namespace {
 
-Handle created() {
+Handle createdFramebuffer() {
   GLuint name = 0;
   glCreateFramebuffers(1, &name);
   return {name, [](unsigned n) { glDeleteFramebuffers(1, &n); }};
@@ -48,7 +48,7 @@ void setScissor(const std::optional<Rect>& rect) {
 
 Framebuffer::Framebuffer(const std::string& name, const std::vector<Attachment>& colors,
                          const Attachment& depth)
-    : handle_(created()) {
+    : handle_(createdFramebuffer()) {
   const auto add = [&](GLenum place, const Attachment& attachment) {
     const TextureShape& shape = attachment.texture->shape();
     assert(width_ == 0 || (width_ == shape.width && height_ == shape.height));

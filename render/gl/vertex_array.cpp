@@ -10,7 +10,7 @@ namespace surflect::gl {
 
 namespace {
 
-Handle created() {
+Handle createdVertexArray() {
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   return {name, [](unsigned n) { glDeleteVertexArrays(1, &n); }};
@@ -20,7 +20,7 @@ Handle created() {
 
 VertexArray::VertexArray(std::span<const VertexAttribute> attributes,
                          std::optional<std::span<const uint32_t>> indices)
-    : handle_(created()), hasIndices_(indices.has_value()) {
+    : handle_(createdVertexArray()), hasIndices_(indices.has_value()) {
   for (const VertexAttribute& attribute : attributes) {
     const size_t bytes = static_cast<size_t>(attribute.components) * sizeof(float); // of a vertex
     assert(attribute.values.size() % bytes == 0);

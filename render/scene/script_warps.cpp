@@ -6,8 +6,6 @@ namespace surflect::scene {
 
 namespace {
 
-const warp::Track3 yUp{0, 1, 0};
-
 warp::Expression asFormula(const Entry& entry) {
   return at(entry, [&] { return warp::Expression(asText(entry), warp::warpVariables); });
 }
@@ -81,7 +79,7 @@ const std::vector<Kind<warp::WarpMotion>>& warpKinds() {
       {"rigid",
        {"axis", "angle_deg", "center", "translate"},
        [](const Section& s) -> warp::WarpMotion {
-         return warp::RigidMotion{trackOr(s, "axis", yUp), placeOrOrigin(s, "center"),
+         return warp::RigidMotion{trackOr(s, "axis", warp::Track3{0, 1, 0}), placeOrOrigin(s, "center"),
                                   trackOr(s, "angle_deg", 0), trackOr(s, "translate", warp::Track3{0, 0, 0})};
        }},
       {"scale",

@@ -13,7 +13,7 @@ namespace {
 constexpr double Q = kCutoffSigmas * kCutoffSigmas;
 
 // A splat at a pixel.
-struct Fragment {
+struct ExactFragment {
   double order, tolerance, gaussian, area;
   uint32_t splat;
 };
@@ -27,7 +27,8 @@ template <class Draw> void rasterize(const Footprint& f, uint32_t splat, Draw dr
       const double q = f.xx * across * across + f.yy * dy * dy;
       if (!(q <= Q)) continue;
       const double order = f.order + f.orderX * dx + f.orderY * dy, rest = 1 - q / Q;
-      draw(x, y, Fragment{order, f.tolerance, f.peak * std::exp(-q), f.peak * 6 / Q * rest * rest, splat});
+      draw(x, y,
+           ExactFragment{order, f.tolerance, f.peak * std::exp(-q), f.peak * 6 / Q * rest * rest, splat});
     }
 }
 
@@ -39,11 +40,11 @@ double saturated(double area) {
 
 // End of the layer that begins with fragments[begin], nearest first  (2). Once a layer's area exceeds
 // kLayerAnchorArea, the layer extends no further back.
-size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
+size_t endOfLayer(std::span<const ExactFragment> fragments, size_t begin) {
   double back = -std::numeric_limits<double>::infinity(), area = 0;
   size_t end = begin;
   for (; end < fragments.size(); ++end) {
-    const Fragment& f = fragments[end];
+    const ExactFragment& f = fragments[end];
     if (end > begin && f.order - f.tolerance > back) break;
     if (area < double{kLayerAnchorArea}) back = std::max(back, f.order + f.tolerance);
     area += f.area;
@@ -53,14 +54,14 @@ size_t endOfLayer(std::span<const Fragment> fragments, size_t begin) {
 
 // End of the fragments that a pixel shows if layers are not searched for (SplatOptions), nearest first; 0 if
 // there is no such end.
-size_t endOfGrowth(std::span<const Fragment> fragments) {
+size_t endOfGrowth(std::span<const ExactFragment> fragments) {
   double back = std::numeric_limits<double>::infinity();
-  for (const Fragment& f : fragments) back = std::min(back, f.order + f.tolerance);
+  for (const ExactFragment& f : fragments) back = std::min(back, f.order + f.tolerance);
   for (int growth = 0; growth < kLayerGrowths; ++growth) {
-    const auto isBehind = [&](const Fragment& f) { return f.order - f.tolerance > back; };
+    const auto isBehind = [&](const ExactFragment& f) { return f.order - f.tolerance > back; };
     const auto end = static_cast<size_t>(std::ranges::find_if(fragments, isBehind) - fragments.begin());
     double area = 0;
-    for (const Fragment& f : fragments.first(end)) {
+    for (const ExactFragment& f : fragments.first(end)) {
       area += f.area;
       back = std::max(back, f.order + f.tolerance);
     }
@@ -75,12 +76,12 @@ struct ResolvedPixel {
   double order = 0; // mean order of the layer at half of alpha
 };
 
-ResolvedPixel resolved(std::vector<Fragment> fragments, bool searchLayers) {
-  std::ranges::sort(fragments, [](const Fragment& a, const Fragment& b) {
+ResolvedPixel resolved(std::vector<ExactFragment> fragments, bool searchLayers) {
+  std::ranges::sort(fragments, [](const ExactFragment& a, const ExactFragment& b) {
     return a.order != b.order ? a.order < b.order : a.splat < b.splat;
   });
   double area = 0; // S_k; initially over all layers
-  for (const Fragment& f : fragments) area += f.area;
+  for (const ExactFragment& f : fragments) area += f.area;
   const double half = saturated(area) / 2;
 
   const size_t grown = searchLayers ? 0 : endOfGrowth(fragments);
@@ -119,12 +120,12 @@ ReferenceRaster referenceRaster(const capture::Camera<ObjectSpace>& camera, cons
   raster.height = camera.lens.height;
   raster.splats = splats.size();
   const size_t pixels = static_cast<size_t>(raster.width) * static_cast<size_t>(raster.height);
-  std::vector<std::vector<Fragment>> fragments(pixels);
+  std::vector<std::vector<ExactFragment>> fragments(pixels);
   for (uint32_t i = 0; i < splats.size(); ++i) {
     const auto result = footprintOf(camera, splats, i, options);
     if (const auto* footprint = std::get_if<Footprint>(&result)) {
       ++raster.drawn;
-      rasterize(*footprint, i, [&](int x, int y, const Fragment& fragment) {
+      rasterize(*footprint, i, [&](int x, int y, const ExactFragment& fragment) {
         fragments[static_cast<size_t>(y) * static_cast<size_t>(raster.width) + static_cast<size_t>(x)]
             .push_back(fragment);
       });

@@ -2,12 +2,12 @@
 
 #include "render/stage/curve.h"
 #include "render/stage/grid_mesh.h"
+#include "render/stage/material/shading.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 namespace surflect::stage {
 
@@ -15,18 +15,16 @@ namespace {
 
 using Vector = Vec3<double>;
 
-constexpr double kPi = std::numbers::pi;
-
 // Direction around the axis; the last column of a closed grid equals the first, to the bit.
 Vector aroundAxis(double s) {
-  const double phi = s == 1 ? 0 : 2 * kPi * s;
+  const double phi = s == 1 ? 0 : 2 * material::kPi * s;
   return {std::cos(phi), std::sin(phi), 0};
 }
 Vector eastOf(const Vector& outward) { return {-outward.y(), outward.x(), 0}; }
 
 Vector sphereDirection(double s, double t) {
   const bool isPole = t == 0 || t == 1;
-  const double latitude = kPi * (t - 0.5);
+  const double latitude = material::kPi * (t - 0.5);
   return (isPole ? 0 : std::cos(latitude)) * aroundAxis(s) + std::sin(latitude) * Vector::UnitZ();
 }
 
@@ -154,7 +152,7 @@ Surface lathe(std::span<const ProfilePoint> profile, bool closed, int segments) 
   Surface surface;
   double before = 0;
   for (const SmoothCurve& piece : pieces) {
-    const double squares = piece.length() * segments / (2 * kPi * widest);
+    const double squares = piece.length() * segments / (2 * material::kPi * widest);
     const int rows = static_cast<int>(std::clamp(std::ceil(squares), 1.0, 4.0 * segments));
     addGridMesh(surface, segments, rows, [&](double s, double t) -> SurfacePoint {
       const Vector p = piece.at(t).position, along = piece.direction(t), outward = aroundAxis(s);

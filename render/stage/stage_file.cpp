@@ -17,8 +17,6 @@ namespace {
 constexpr int kMostSamples = 1'000'000;
 constexpr size_t kMostExposures = 100'000;
 
-uint64_t hashOf(std::string_view text) { return contentHash(std::as_bytes(std::span(text))); }
-
 void mix(uint64_t& hash, uint64_t other) {
   const std::array both = {hash, other};
   hash = contentHash(std::as_bytes(std::span(both)));
@@ -46,7 +44,7 @@ Stage asStage(const scene::Entry& root) {
     if (pictures > kMostExposures)
       throw Error::mismatch(fmt::format("at most {} pictures", kMostExposures), std::to_string(pictures))
           .at(exposure->field);
-    for (const auto& file : section.files) mix(stage.hash, hashOf(readFile(file)));
+    for (const auto& file : section.files) mix(stage.hash, contentHash(readFile(file)));
     stage.exposure = std::move(section.camera);
   }
   const MaterialList materials = asMaterials(s.require("material"));
@@ -54,9 +52,9 @@ Stage asStage(const scene::Entry& root) {
                                  integerOr(s, "segments", kFewestSegments, kMostSegments, 256));
   stage.objects = std::move(objects.objects);
   stage.tables = materials.tables;
-  for (const auto& file : stage.rig.files) mix(stage.hash, hashOf(readFile(file)));
+  for (const auto& file : stage.rig.files) mix(stage.hash, contentHash(readFile(file)));
   for (const uint64_t hash : objects.hashes) mix(stage.hash, hash);
-  for (const auto& file : materials.files) mix(stage.hash, hashOf(readFile(file)));
+  for (const auto& file : materials.files) mix(stage.hash, contentHash(readFile(file)));
   return stage;
 }
 
@@ -68,8 +66,8 @@ Stage parseStage(std::string_view text, const std::filesystem::path& path, std::
     if (!scale.empty()) document.prefer("scale", scale);
     Stage stage = asStage(document.root());
     stage.file = path;
-    mix(stage.hash, hashOf(text));
-    if (!scale.empty()) mix(stage.hash, hashOf(scale));
+    mix(stage.hash, contentHash(text));
+    if (!scale.empty()) mix(stage.hash, contentHash(scale));
     return stage;
   } catch (Error& error) {
     throw std::move(error).in(path);

@@ -1,20 +1,18 @@
 #include "render/stage/tube_mesh.h"
 
 #include "render/stage/grid_mesh.h"
+#include "render/stage/material/shading.h"
 #include "render/stage/random.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace surflect::stage {
 
 using Vector = Vec3<double>;
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 // Derivatives along the curve, by finite differences.
 struct Slopes {
@@ -51,14 +49,14 @@ void addTube(Surface& surface, std::span<const CurvePoint> points, bool closed, 
   const Slopes slopes = slopesAlong(points, frames, closed);
   const int rows = static_cast<int>(points.size()) - 1;
 
-  std::vector<double> lengths{closed ? 0 : kPi / 2 * points.front().radius};
+  std::vector<double> lengths{closed ? 0 : material::kPi / 2 * points.front().radius};
   for (size_t i = 1; i < points.size(); ++i)
     lengths.push_back(lengths.back() + (points[i].position - points[i - 1].position).norm());
-  const double whole = lengths.back() + (closed ? 0 : kPi / 2 * points.back().radius);
+  const double whole = lengths.back() + (closed ? 0 : material::kPi / 2 * points.back().radius);
 
   // The last column equals the first, to the bit.
   const auto outwardAt = [](const CurveFrame& frame, double s) -> Vector {
-    const double phi = s == 1 ? 0 : 2 * kPi * s;
+    const double phi = s == 1 ? 0 : 2 * material::kPi * s;
     return std::cos(phi) * frame.normal + std::sin(phi) * frame.binormal;
   };
   addGridMesh(surface, sides, rows, [&](double s, double t) -> SurfacePoint {
@@ -78,9 +76,9 @@ void addTube(Surface& surface, std::span<const CurvePoint> points, bool closed, 
     const double r = points[i].radius;
     if (!(r > 0)) return;
     addGridMesh(surface, sides, capRows, [&](double s, double t) -> SurfacePoint {
-      const double beta = kPi / 2 * (isEnd ? t : t - 1);
+      const double beta = material::kPi / 2 * (isEnd ? t : t - 1);
       const Vector o = outwardAt(frames[i], s), along = frames[i].tangent;
-      const double across = beta == 0 ? 1 : std::abs(beta) == kPi / 2 ? 0 : std::cos(beta);
+      const double across = beta == 0 ? 1 : std::abs(beta) == material::kPi / 2 ? 0 : std::cos(beta);
       const Vector n = across * o + std::sin(beta) * along;
       return {points[i].position + r * n,
               n,
@@ -97,7 +95,7 @@ Surface tube(std::span<const CurvePoint> points, bool closed, int segments) {
   double thickest = 0;
   for (const CurvePoint& p : points) thickest = std::max(thickest, p.radius);
   // Squares twice as long as wide, and at least 4 between two points
-  const double wanted = std::min(curve.length() * segments / (4 * kPi * thickest), 4096.0);
+  const double wanted = std::min(curve.length() * segments / (4 * material::kPi * thickest), 4096.0);
   Surface surface;
   addTube(surface,
           evenlySpaced(curve, std::max(static_cast<int>(wanted), 4 * static_cast<int>(points.size()))),
@@ -120,7 +118,7 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
     std::vector<CurvePoint> path;
     for (int i = 0; i <= steps; ++i) {
       const size_t k = static_cast<size_t>(closed && i == steps ? 0 : i);
-      const double theta = 2 * kPi * (static_cast<double>(k) / steps * shape.turns + strand / 3.0);
+      const double theta = 2 * material::kPi * (static_cast<double>(k) / steps * shape.turns + strand / 3.0);
       const double radius = middle[k].radius / 2.5;
       path.push_back({middle[k].position + 1.5 * radius * std::sin(theta) * frames[k].normal +
                           radius * std::sin(2 * theta) * frames[k].binormal,
@@ -128,18 +126,20 @@ Surface braid(std::span<const CurvePoint> points, bool closed, const BraidShape&
     }
     const std::vector<CurveFrame> strandFrames = framesAlong(path, closed);
     std::vector<CurvePoint> core = path;
-    const double thickness = 1.5 * kPi / shape.fibres; // relative to the strand's radius; neighbours overlap
+    const double thickness =
+        1.5 * material::kPi / shape.fibres; // relative to the strand's radius; neighbours overlap
     for (CurvePoint& p : core) p.radius *= std::max(0.2, 1 - 1.3 * thickness);
     addTube(surface, core, closed, 4 * kSides);
     for (int fibre = 0; fibre < shape.fibres; ++fibre) {
       Random random{shape.seed, static_cast<uint64_t>(strand), static_cast<uint64_t>(fibre)};
-      const double start = 2 * kPi * (fibre + 0.7 * random.next()) / shape.fibres;
+      const double start = 2 * material::kPi * (fibre + 0.7 * random.next()) / shape.fibres;
       const double depth = 1 - thickness * (1.2 + 0.5 * random.next());
-      const double phase = 2 * kPi * random.next(), waves = std::round(shape.turns * (0.5 + random.next()));
+      const double phase = 2 * material::kPi * random.next(),
+                   waves = std::round(shape.turns * (0.5 + random.next()));
       std::vector<CurvePoint> line;
       for (int i = 0; i <= steps; ++i) {
         const size_t k = static_cast<size_t>(closed && i == steps ? 0 : i);
-        const double wander = std::sin(2 * kPi * waves * static_cast<double>(k) / steps + phase);
+        const double wander = std::sin(2 * material::kPi * waves * static_cast<double>(k) / steps + phase);
         const double angle = start + 0.12 * wander, r = path[k].radius;
         const Vector o =
             std::cos(angle) * strandFrames[k].normal + std::sin(angle) * strandFrames[k].binormal;

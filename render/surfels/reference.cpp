@@ -85,7 +85,7 @@ Query queryAt(const SurfelCloud& rest, const DeformedCloud& cloud, uint32_t surf
 }
 
 // Adds the time since the last call to a stage.
-class StageClock {
+class ReferenceClock {
 public:
   void finish(const char* stage) {
     const auto now = std::chrono::steady_clock::now();
@@ -289,7 +289,7 @@ ReferenceFrame referenceFrame(const model::Model& model, const warp::Warp& warp,
     throw Error("needs a full product of cameras and lights, and no foreshortening").in(model.folder);
   ReferenceFrame frame;
   tbb::task_arena(1).execute([&] {
-    StageClock clock;
+    ReferenceClock clock;
     const DeformedCloud cloud = deformed(model.cloud, warp);
     clock.finish("warp");
     const splat::SplatRaster coverage = look(camera, model.cloud, cloud, options.splats);

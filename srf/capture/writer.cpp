@@ -14,13 +14,13 @@ namespace surflect::capture {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json listOf(const Vec3<double>& v) { return {v[0], v[1], v[2]}; }
-Json listOf(Rgb c) { return {c.r, c.g, c.b}; }
+OrderedJson listOf(const Vec3<double>& v) { return {v[0], v[1], v[2]}; }
+OrderedJson listOf(Rgb c) { return {c.r, c.g, c.b}; }
 
-Json lensJson(const Lens& lens) {
-  Json json{{"w", lens.width}, {"h", lens.height}, {"cx", lens.centerX}, {"cy", lens.centerY}};
+OrderedJson lensJson(const Lens& lens) {
+  OrderedJson json{{"w", lens.width}, {"h", lens.height}, {"cx", lens.centerX}, {"cy", lens.centerY}};
   if (lens.model == Lens::Model::orthographic) {
     assert(lens.focalX == lens.focalY);
     json["camera_model"] = "orthographic";
@@ -33,18 +33,18 @@ Json lensJson(const Lens& lens) {
   return json;
 }
 
-Json poseJson(const Rigid<CameraSpace, AcquisitionSpace>& cameraFromWorld) {
+OrderedJson poseJson(const Rigid<CameraSpace, AcquisitionSpace>& cameraFromWorld) {
   const auto worldFromCamera = cameraFromWorld.inverse();
   const Mat3<double>& r = worldFromCamera.rotation();
   const Vec3<double>& t = worldFromCamera.translation();
-  Json rows = Json::array();
+  OrderedJson rows = OrderedJson::array();
   for (int row = 0; row < 3; ++row) rows.push_back({r(row, 0), r(row, 1), r(row, 2), t[row]});
   rows.push_back({0., 0., 0., 1.});
   return rows;
 }
 
-Json lightJson(const Light& light) {
-  Json json{{"name", light.name}};
+OrderedJson lightJson(const Light& light) {
+  OrderedJson json{{"name", light.name}};
   if (const auto* directional = std::get_if<DirectionalLight>(&light.kind)) {
     json["type"] = "directional";
     json["direction"] = listOf(directional->towards.raw());
@@ -60,9 +60,9 @@ Json lightJson(const Light& light) {
   return json;
 }
 
-Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot, bool withLens) {
+OrderedJson frameJson(const Capture& capture, const Frame& frame, const Exposure& shot, bool withLens) {
   const View& view = capture.views[frame.view];
-  Json json{{"file_path", shot.picture.generic_string()}};
+  OrderedJson json{{"file_path", shot.picture.generic_string()}};
   if (!shot.layer.empty()) json["layer"] = shot.layer;
   if (!shot.alphaLayer.empty()) json["alpha_layer"] = shot.alphaLayer;
   json["camera"] = view.identity;
@@ -76,7 +76,7 @@ Json frameJson(const Capture& capture, const Frame& frame, const Exposure& shot,
 }
 
 // Refuses numbers that are not finite, which JSON would write as null.
-void requireFinite(const Json& value) {
+void requireFinite(const OrderedJson& value) {
   if (value.is_number_float() && !std::isfinite(value.get<double>()))
     throw Error::mismatch("a finite number", numberText(value.get<double>()));
   if (!value.is_structured()) return;
@@ -87,7 +87,7 @@ void requireFinite(const Json& value) {
     }
 }
 
-std::string textOf(const std::string& field, const Json& value) try {
+std::string textOf(const std::string& field, const OrderedJson& value) try {
   requireFinite(value);
   return value.dump();
 } catch (Error& e) {
@@ -110,7 +110,7 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
   const Lens& firstLens = capture.views.front().camera.lens;
   const bool oneLens = std::all_of(capture.views.begin(), capture.views.end(),
                                    [&](const View& view) { return view.camera.lens == firstLens; });
-  Json head = oneLens ? lensJson(firstLens) : Json::object();
+  OrderedJson head = oneLens ? lensJson(firstLens) : OrderedJson::object();
   if (capture.colorSpace) head["color_space"] = *capture.colorSpace == ColorSpace::srgb ? "srgb" : "linear";
   if (capture.response) {
     const auto& [r, g, b] = capture.response->exposure;
@@ -121,15 +121,16 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
   if (!capture.calibration.empty()) head["calibration"] = capture.calibration;
 
   std::string text = "{\n";
-  for (const auto& [key, value] : head.items()) text += Json(key).dump() + ": " + textOf(key, value) + ",\n";
+  for (const auto& [key, value] : head.items())
+    text += OrderedJson(key).dump() + ": " + textOf(key, value) + ",\n";
   if (!capture.lights.empty()) text += "\"lights\": " + lines("lights", capture.lights, lightJson) + ",\n";
-  std::vector<Json> shots;
+  std::vector<OrderedJson> shots;
   for (const Frame& frame : capture.frames)
     for (const Exposure& shot : bracketOf(frame)) shots.push_back(frameJson(capture, frame, shot, !oneLens));
   return text + "\"frames\": " + lines("frames", shots, std::identity()) + "\n}\n";
 } catch (Error& e) {
   throw std::move(e).in(folder / "transforms.json");
-} catch (const Json::type_error&) { // thrown by dump()
+} catch (const OrderedJson::type_error&) { // thrown by dump()
   throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
 }
 

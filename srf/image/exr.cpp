@@ -66,7 +66,7 @@ int64_t densestOf(Imf::Compression compression) {
   return isDwa ? 1 << 16 : 2 * 1032; // deflate, times half to float
 }
 // Memory that any file may use, however small: data windows can be small parts of empty pictures.
-constexpr int64_t alwaysGranted = int64_t{1} << 28; // bytes
+constexpr int64_t kGrantedExrBytes = int64_t{1} << 28; // bytes
 
 struct ChannelPlace {
   int part = 0;
@@ -227,7 +227,7 @@ void ExrFile::checkClaim(std::span<const ChannelSet> sets) const {
     densest = std::max(densest, densestOf(parts_->file.header(part).compression()));
   const int64_t claimed = channels * width_ * height_ * int64_t{sizeof(float)};
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path_));
-  if (claimed > alwaysGranted && claimed / densest > fileBytes)
+  if (claimed > kGrantedExrBytes && claimed / densest > fileBytes)
     throw Error::mismatch("a file of at least " + std::to_string(claimed / densest) +
                               " bytes for so many pixels",
                           std::to_string(fileBytes))

@@ -15,7 +15,7 @@ namespace surflect::image {
 
 namespace {
 
-std::string bigEndian(uint32_t value) {
+std::string bigEndianBytes(uint32_t value) {
   std::string bytes;
   for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(value >> shift);
   return bytes;
@@ -25,7 +25,7 @@ std::string bigEndian(uint32_t value) {
 std::string chunk(std::string_view type, std::string_view data) {
   const std::string body = std::string(type).append(data);
   const uint32_t check = ::libdeflate_crc32(0, body.data(), body.size());
-  return bigEndian(static_cast<uint32_t>(data.size())) + body + bigEndian(check);
+  return bigEndianBytes(static_cast<uint32_t>(data.size())) + body + bigEndianBytes(check);
 }
 
 // Paeth predictor of the bytes left, above, and above to the left [PNG 3rd ed., 9.4]; branchless, so that
@@ -68,8 +68,8 @@ std::string srgbChunks() {
   constexpr char kRelativeColorimetric = 1;
   std::string primaries; // white, red, green, blue
   for (const uint32_t coordinate : {31270, 32900, 64000, 33000, 30000, 60000, 15000, 6000})
-    primaries += bigEndian(coordinate);
-  return chunk("sRGB", std::string(1, kRelativeColorimetric)) + chunk("gAMA", bigEndian(kGamma)) +
+    primaries += bigEndianBytes(coordinate);
+  return chunk("sRGB", std::string(1, kRelativeColorimetric)) + chunk("gAMA", bigEndianBytes(kGamma)) +
          chunk("cHRM", primaries);
 }
 
@@ -80,8 +80,8 @@ std::string pngBytes(const PngSamples& picture) {
   assert(picture.bytes.size() == picture.rowBytes() * static_cast<size_t>(picture.height));
   constexpr std::array<char, 4> types{0, 4, 2, 6}; // gray, gray and alpha, RGB, RGBA [PNG 3rd ed., 11.2.1]
   constexpr size_t kLargestData = size_t{1} << 30;
-  std::string header = bigEndian(static_cast<uint32_t>(picture.width)) +
-                       bigEndian(static_cast<uint32_t>(picture.height)) +
+  std::string header = bigEndianBytes(static_cast<uint32_t>(picture.width)) +
+                       bigEndianBytes(static_cast<uint32_t>(picture.height)) +
                        static_cast<char>(picture.bitDepth) + types[static_cast<size_t>(picture.channels - 1)];
   header.append(3, '\0'); // compression and filter method 0, no interlace
   const std::string data = zlibStream(filtered(picture));

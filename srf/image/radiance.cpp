@@ -124,9 +124,9 @@ ColorStatement statedBy(std::string_view text) {
 // ---------------------------------------------------------------------------------------------------------
 // Pixels.
 
-class Bytes {
+class ByteReader {
 public:
-  explicit Bytes(std::string_view bytes) : rest_(bytes) {}
+  explicit ByteReader(std::string_view bytes) : rest_(bytes) {}
 
   uint8_t next() {
     if (rest_.empty()) throw Error("cannot read (the file is truncated)");
@@ -151,7 +151,7 @@ private:
   std::string_view rest_;
 };
 
-void readPlanes(Bytes& bytes, std::span<Pixel> scanline) {
+void readPlanes(ByteReader& bytes, std::span<Pixel> scanline) {
   bytes.nextPixel(); // skips the marker
   for (size_t c = 0; c < 4; ++c)
     for (size_t x = 0; x < scanline.size();) {
@@ -166,7 +166,7 @@ void readPlanes(Bytes& bytes, std::span<Pixel> scanline) {
 
 // Pixels one after the other. Mantissas 1, 1, 1 repeat the previous pixel `exponent` times, and 256 times as
 // often for each successive repetition.
-void readPixels(Bytes& bytes, std::span<Pixel> scanline) {
+void readPixels(ByteReader& bytes, std::span<Pixel> scanline) {
   int shift = 0;
   for (size_t x = 0; x < scanline.size();) {
     const Pixel pixel = bytes.nextPixel();
@@ -231,7 +231,7 @@ RadiancePicture readRadiance(const std::filesystem::path& path) try {
     throw Error::mismatch("at least " + std::to_string(claimed / densest) + " bytes for so many pixels",
                           std::to_string(file.size()) + " bytes");
   picture.image = Image(header.width, header.height, 3);
-  Bytes bytes(std::string_view(file).substr(header.bytes));
+  ByteReader bytes(std::string_view(file).substr(header.bytes));
   const Mat3<float> rec709FromXyz = xyzFromRgb(kRec709).inverse().cast<float>();
   const int scanlines = header.columns ? header.width : header.height;
   std::vector<Pixel> scanline(static_cast<size_t>(header.columns ? header.height : header.width));

@@ -12,8 +12,6 @@ namespace surflect::importers {
 
 namespace {
 
-bool isDigit(char c) { return c >= '0' && c <= '9'; }
-
 // Returns whether a word is a number with decimal comma: "-0,75" or "1,5e-3".
 bool isDecimalComma(std::string_view word) {
   const size_t comma = word.find(',');

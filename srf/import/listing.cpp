@@ -1,6 +1,7 @@
 #include "srf/import/listing.h"
 
 #include "srf/image/image_file.h"
+#include "srf/import/text.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
@@ -12,8 +13,6 @@ namespace surflect::importers {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
 void sortNaturally(std::vector<fs::path>& paths) {
   std::sort(paths.begin(), paths.end(), [](const fs::path& a, const fs::path& b) {

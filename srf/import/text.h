@@ -30,6 +30,7 @@ std::vector<std::string_view> wordsOf(std::string_view text, std::string_view se
 double numberOf(std::string_view word);
 // Returns whether numberOf() accepts all words.
 bool areNumbers(std::span<const std::string_view> words);
+inline bool isDigit(char c) { return c >= '0' && c <= '9'; }
 // Returns whether a word consists of digits, however many.
 bool isNumber(std::string_view word);
 // A whole number from 0 to 2^32 - 1; throws Error.

@@ -17,8 +17,6 @@ using Json = nlohmann::json;
 // Levels of nesting. A manifest needs two; the library copies and prints by recursion.
 constexpr int kDeepest = 8;
 
-uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
-
 Json jsonOf(const Manifest& manifest) {
   Json json = {{"format", kSurfelFormat},
                {"version", kModelVersion},
@@ -44,7 +42,7 @@ Json jsonOf(const Manifest& manifest) {
 // Checksum of all fields other than `checksum`.
 std::string ownChecksum(Json json) {
   json.erase("checksum");
-  return hex(hashOf(json.dump()));
+  return hex(contentHash(json.dump()));
 }
 
 const Json& member(const Json& object, const char* key) {
@@ -150,6 +148,6 @@ std::string formatOf(const std::filesystem::path& folder) {
   return format.is_string() ? format.get<std::string>() : std::string();
 }
 
-uint64_t identityOf(const Manifest& manifest) { return hashOf(jsonOf(manifest).dump()); }
+uint64_t identityOf(const Manifest& manifest) { return contentHash(jsonOf(manifest).dump()); }
 
 } // namespace surflect::model

@@ -31,8 +31,6 @@ constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kLevelFile = "levels.bin";
 constexpr const char* kRigFile = "transforms.json";
 
-std::string hashOf(std::string_view content) { return hex(contentHash(std::as_bytes(std::span(content)))); }
-
 void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
   std::vector<PlyColumn> columns;
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "r0x", "r0y", "lower", "radius", "coverage"})
@@ -98,7 +96,7 @@ SurfelCloud parseCloud(std::string_view content, const std::filesystem::path& pa
 std::string checkedFile(const std::filesystem::path& path, uint64_t most, const std::string& checksum,
                         const Progress& progress) {
   std::string content = readFile(path, most, progress);
-  if (const auto found = hashOf(content); found != checksum)
+  if (const auto found = hex(contentHash(content)); found != checksum)
     throw Error::mismatch(checksum, found).at("checksum").in(path);
   return content;
 }
@@ -321,10 +319,10 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .surfels = content.cloud.size(),
                     .views = content.rig.views.size(),
                     .lights = content.rig.lights.size(),
-                    .rig = hashOf(readFile(folder / kRigFile, kLargestFile, progress)),
-                    .cloud = hashOf(readFile(folder / kSurfelFile, kLargestFile, progress)),
-                    .visibility = hashOf(readFile(folder / kFadeFile, kLargestFile, progress)),
-                    .levels = hashOf(readFile(folder / kLevelFile, kLargestFile, progress)),
+                    .rig = hex(contentHash(readFile(folder / kRigFile, kLargestFile, progress))),
+                    .cloud = hex(contentHash(readFile(folder / kSurfelFile, kLargestFile, progress))),
+                    .visibility = hex(contentHash(readFile(folder / kFadeFile, kLargestFile, progress))),
+                    .levels = hex(contentHash(readFile(folder / kLevelFile, kLargestFile, progress))),
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));

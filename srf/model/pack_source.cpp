@@ -34,7 +34,7 @@ std::string CaptureSource::identity() const {
     description += fmt::format("{} {} {}\n", picture.string(), std::filesystem::file_size(path),
                                std::filesystem::last_write_time(path).time_since_epoch().count());
   }
-  return fmt::format("capture {:016x}", contentHash(std::as_bytes(std::span(description))));
+  return fmt::format("capture {:016x}", contentHash(description));
 }
 
 ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,

@@ -6,6 +6,7 @@
 namespace surflect {
 
 uint64_t contentHash(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
+uint64_t contentHash(std::string_view text) { return contentHash(std::as_bytes(std::span(text))); }
 
 std::string hex(uint64_t hash) {
   std::string digits(16, '0');

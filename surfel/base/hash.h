@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace surflect {
 
 uint64_t contentHash(std::span<const std::byte> bytes);
+uint64_t contentHash(std::string_view text);
 std::string hex(uint64_t hash);
 
 } // namespace surflect

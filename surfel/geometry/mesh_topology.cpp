@@ -10,11 +10,11 @@ namespace surflect {
 
 namespace {
 
-constexpr uint32_t kNone = ~0u;
+constexpr uint32_t kNoTriangle = ~0u;
 
 // Triangle across an edge.
 struct Neighbor {
-  uint32_t triangle = kNone;
+  uint32_t triangle = kNoTriangle;
   bool isWoundAlike = true;
 };
 
@@ -128,7 +128,7 @@ MeshParts partsOf(const TriangleMesh& mesh, const Progress& progress) {
       areaAgainst += result.isAgainst[t] ? area : 0;
       for (const uint32_t v : mesh.triangles[t]) part.box.extend(mesh.positions[v].cast<double>().raw());
       for (const Neighbor& neighbor : neighbors[t]) {
-        if (neighbor.triangle == kNone) continue;
+        if (neighbor.triangle == kNoTriangle) continue;
         const uint8_t against = neighbor.isWoundAlike ? result.isAgainst[t] : !result.isAgainst[t];
         if (isReached[neighbor.triangle]) {
           part.isOrientable &= result.isAgainst[neighbor.triangle] == against;

@@ -13,7 +13,6 @@ namespace surflect {
 namespace {
 
 using Corner = FaceList::Corner;
-constexpr uint32_t kNone = FaceList::kNone;
 
 // Statements of an OBJ file: lines without comments, joined after a backslash at the end.
 class Statements {
@@ -95,7 +94,7 @@ Point3<AcquisitionSpace> asPosition(const std::vector<std::string_view>& words, 
 // Index "7" or "-1" of `kind`, from 0; may refer to a later definition.
 uint32_t asIndex(std::string_view word, size_t soFar, const std::string& kind) {
   const auto index = asNumber<long long>(word, "a " + kind + " number");
-  if (index > 0) return static_cast<uint32_t>(std::min<long long>(index - 1, kNone - 1));
+  if (index > 0) return static_cast<uint32_t>(std::min<long long>(index - 1, FaceList::kNone - 1));
   if (index == 0 || static_cast<size_t>(-(index + 1)) >= soFar)
     throw Error::mismatch("a " + kind + " of 1.." + std::to_string(soFar) + " or -1..-" +
                               std::to_string(soFar),
@@ -125,7 +124,7 @@ Vec3<double> asNormal(const std::vector<std::string_view>& words) {
 std::string onLine(size_t line) { return "line " + std::to_string(line); }
 
 void requireBelow(uint32_t index, size_t count, const char* kind, size_t line) {
-  if (index != kNone && index >= count)
+  if (index != FaceList::kNone && index >= count)
     throw Error::mismatch("a " + std::string(kind) + " of 1.." + std::to_string(count),
                           std::to_string(index + 1))
         .at(onLine(line));
@@ -140,7 +139,7 @@ FaceList parse(std::string_view text, bool wantsAll, const Vec3<double>& origin,
   const auto asCorner = [&](std::string_view word) -> Corner {
     const size_t slash = word.find('/');
     const uint32_t vertex = asIndex(word.substr(0, slash), content.positions.size(), "vertex");
-    Corner corner{vertex, kNone, kNone};
+    Corner corner{vertex, FaceList::kNone, FaceList::kNone};
     if (!wantsAll || slash == std::string_view::npos) return corner;
     const std::string_view rest = word.substr(slash + 1);
     const size_t second = std::min(rest.find('/'), rest.size());

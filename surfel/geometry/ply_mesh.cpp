@@ -10,8 +10,6 @@ namespace surflect {
 
 namespace {
 
-constexpr uint32_t kNone = FaceList::kNone;
-
 uint32_t vertexIndex(double value, size_t vertices, size_t item) {
   if (!(value >= 0) || value >= static_cast<double>(vertices))
     throw Error::mismatch("an index below " + std::to_string(vertices), std::to_string(value))
@@ -98,8 +96,8 @@ void addFaces(const PlyElement& element, const PlyProperty& lists, bool wantsAll
       list.corners.push_back({vertex,
                               ofFace        ? *ofFace + i
                               : haveTexture ? vertex
-                                            : kNone,
-                              haveNormals ? vertex : kNone});
+                                            : FaceList::kNone,
+                              haveNormals ? vertex : FaceList::kNone});
     }
     list.endFace();
   }
@@ -117,7 +115,8 @@ void addStrips(const PlyElement&, const PlyProperty& lists, bool, FaceList& list
       }
       progress.checkNowAndThen(i);
       const uint32_t vertex = vertexIndex(lists.values[i], list.positions.size(), s);
-      strip.push_back({vertex, haveTexture ? vertex : kNone, haveNormals ? vertex : kNone});
+      strip.push_back(
+          {vertex, haveTexture ? vertex : FaceList::kNone, haveNormals ? vertex : FaceList::kNone});
       const size_t n = strip.size();
       if (n < 3) continue;
       const auto a = strip[n - 3], b = strip[n - 2];

@@ -11,7 +11,6 @@ namespace surflect {
 namespace {
 
 using Corner = FaceList::Corner;
-constexpr uint32_t kNone = FaceList::kNone;
 
 // Calls add(a, b, c) for every triangle, with indices of corners in the list.
 template <class Add>
@@ -37,12 +36,12 @@ void forEachTriangle(const FaceList& list, Faces faces, const Progress& progress
 // Appends the corners of a face; drops attributes that some of them lack.
 void appendCorners(std::span<const Corner> face, std::vector<Corner>& corners) {
   const auto allHave = [&](uint32_t Corner::*what) {
-    return std::ranges::none_of(face, [&](const Corner& corner) { return corner.*what == kNone; });
+    return std::ranges::none_of(face, [&](const Corner& corner) { return corner.*what == FaceList::kNone; });
   };
   const bool allHaveTexture = allHave(&Corner::texture), allHaveNormal = allHave(&Corner::normal);
   for (Corner corner : face) {
-    if (!allHaveTexture) corner.texture = kNone;
-    if (!allHaveNormal) corner.normal = kNone;
+    if (!allHaveTexture) corner.texture = FaceList::kNone;
+    if (!allHaveNormal) corner.normal = FaceList::kNone;
     corners.push_back(corner);
   }
 }
@@ -66,7 +65,8 @@ TexturedMesh texturedMeshOf(const FaceList& list, Faces faces, const Progress& p
     appendCorners(std::span(list.corners).subspan(list.start[f], list.start[f + 1] - list.start[f]), corners);
   }
   const auto anyHas = [&](uint32_t Corner::*what) {
-    return std::ranges::any_of(corners, [&](const Corner& corner) { return corner.*what != kNone; });
+    return std::ranges::any_of(corners,
+                               [&](const Corner& corner) { return corner.*what != FaceList::kNone; });
   };
   const bool hasTexture = anyHas(&Corner::texture), hasNormals = anyHas(&Corner::normal);
   TexturedMesh textured;
@@ -79,10 +79,10 @@ TexturedMesh texturedMeshOf(const FaceList& list, Faces faces, const Progress& p
       textured.corner.push_back(corner.vertex);
       if (hasTexture)
         textured.textureCoordinates.push_back(
-            corner.texture == kNone ? Vec2<double>(0, 0) : list.textureCoordinates[corner.texture]);
+            corner.texture == FaceList::kNone ? Vec2<double>(0, 0) : list.textureCoordinates[corner.texture]);
       if (hasNormals)
-        textured.normals.push_back(corner.normal == kNone ? Vec3<double>(0, 0, 0)
-                                                          : list.normals[corner.normal]);
+        textured.normals.push_back(corner.normal == FaceList::kNone ? Vec3<double>(0, 0, 0)
+                                                                    : list.normals[corner.normal]);
     }
     return found->second;
   };

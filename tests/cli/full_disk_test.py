@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import unittest
 
-from support import SCRIPT, STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
+from support import SCRIPT, SMALL_STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
 
 def run_within(file_bytes, *arguments):
@@ -70,7 +70,7 @@ class FullDisk(TestInFolder):
 
     def test_capture_and_pack_in_one_pass(self):
         stage = self.folder / "stage.toml"
-        stage.write_text(STAGE)
+        stage.write_text(SMALL_STAGE)
 
         def arguments(name):
             return ["capture", stage, "--pack", self.folder / name, "--surfels", "3000"]

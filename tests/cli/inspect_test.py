@@ -61,7 +61,7 @@ class Overlay(TestInFolder):
         del description["geometry"]
         (self.capture / "bare.json").write_text(json.dumps(description))
         sheet = self.folder / "bare.png"
-        report = succeed("inspect", self.capture / "bare.json", "--overlay", sheet)
+        report = succeed("inspect", self.capture / "bare.json", "--overlay", sheet, "--max-frames", "6")
         self.assertEqual(report["overlay"]["geometry"], "hull")
         self.assertGreater(max(frame["mask_iou"] for frame in report["overlay"]["frames"]), 0.9)
 

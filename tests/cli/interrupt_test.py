@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from support import SCRIPT, STAGE, SURFLECT, TestInFolder, succeed, write_small_capture
+from support import SCRIPT, SMALL_STAGE, SURFLECT, TestInFolder, succeed, write_small_capture
 
 MOMENTS = int(os.environ.get("MOMENTS", 2))  # of each command and signal
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -68,7 +68,7 @@ class Interrupt(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.write_small_shot(cameras=5, lights=4, script=SCRIPT.replace("[120, 90]", "[600, 450]"))
+        cls.write_small_shot(cameras=3, lights=4, script=SCRIPT.replace("[120, 90]", "[600, 450]"))
         begin = time.monotonic()
         succeed(*cls.pack("model.srf"))
         cls.packing = time.monotonic() - begin
@@ -116,10 +116,10 @@ class Interrupt(TestInFolder):
 
     def test_capture_and_pack_in_one_pass(self):
         stage = self.folder / "stage.toml"
-        stage.write_text(STAGE.replace("[24, 24]", "[150, 150]"))
+        stage.write_text(SMALL_STAGE.replace("[24, 24]", "[150, 150]"))
 
         def arguments(name):
-            return ["capture", stage, "--pack", self.folder / f"{name}.srf"]
+            return ["capture", stage, "--pack", self.folder / f"{name}.srf", "--surfels", "20000"]
 
         begin = time.monotonic()
         succeed(*arguments("traced"))
@@ -175,7 +175,7 @@ class Interrupt(TestInFolder):
 
     def test_inspect_with_an_overlay(self):
         def arguments(name):
-            return ["inspect", self.capture, "--overlay", self.folder / f"{name}.png", "--max-frames", "6"]
+            return ["inspect", self.capture, "--overlay", self.folder / f"{name}.png", "--max-frames", "3"]
 
         begin = time.monotonic()
         succeed(*arguments("sheet"))

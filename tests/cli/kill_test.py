@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from support import SCRIPT, STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
+from support import SCRIPT, SMALL_STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
 MOMENTS = 12
 
@@ -67,7 +67,7 @@ class Kill(TestInFolder):
 
     def test_capture_and_pack_in_one_pass(self):
         stage = self.folder / "stage.toml"
-        stage.write_text(STAGE)
+        stage.write_text(SMALL_STAGE)
 
         def arguments(name):
             output = self.folder / name

@@ -30,7 +30,7 @@ def enter_namespace():
 
 enter_namespace()
 
-from support import SCRIPT, STAGE, TestInFolder, content, run, succeed, write_small_capture  # noqa: E402
+from support import SCRIPT, SMALL_STAGE, TestInFolder, content, run, succeed, write_small_capture  # noqa: E402
 
 
 class SmallDisk(TestInFolder):
@@ -87,7 +87,7 @@ class SmallDisk(TestInFolder):
 
     def test_capture_and_pack_in_one_pass(self):
         stage = self.elsewhere / "stage.toml"
-        stage.write_text(STAGE)
+        stage.write_text(SMALL_STAGE)
         self.fails_and_recovers(lambda output: ["capture", stage, "--pack", output, "--surfels", "3000"],
                                 keeps_parts=True)
 

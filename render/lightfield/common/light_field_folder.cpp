@@ -31,8 +31,6 @@ constexpr const char* kMeshFile = "mesh.bin";
 constexpr const char* kUnfinishedFile = "light-field.unfinished";
 constexpr std::string_view kTagStart = "surflect "; // of every format
 
-uint64_t hashOf(std::string_view content) { return contentHash(std::as_bytes(std::span(content))); }
-
 // Checksum of a file too large for memory: hash of the hashes of its portions.
 std::string checksumOf(const fs::path& path, const Progress& progress) {
   constexpr size_t kPortion = size_t{1} << 20;
@@ -76,7 +74,7 @@ capture::Capture rigOf(const capture::Capture& capture) {
 // Checksum of all fields other than `checksum`.
 std::string ownChecksum(Json json) {
   json.erase("checksum");
-  return hex(hashOf(json.dump()));
+  return hex(contentHash(json.dump()));
 }
 
 // Whether a light field was written, or begun, in a folder.
@@ -145,7 +143,7 @@ LightFieldFolder::LightFieldFolder(fs::path folder, std::string_view format, int
     const std::string stated = capture::required(json, "checksum", capture::textOf);
     if (const std::string found = ownChecksum(json); stated != found)
       throw Error::mismatch(stated, found).at("checksum");
-    identity_ = hashOf(stated);
+    identity_ = contentHash(stated);
     const Json numbers = capture::required(json, "numbers", capture::objectOf);
     for (const auto& [name, value] : numbers.items())
       numbers_[name] = capture::within("numbers." + name, [&] { return capture::numberOf(value); });

@@ -95,10 +95,10 @@ Sets viewSets(const LightFieldMaps& maps) {
   return sets;
 }
 
-using Texel = std::array<float, 4>;
+using PlaceTexel = std::array<float, 4>;
 
 // Texel of MapTextures::places() for a map; the code, or scale, is 0 where there is none.
-Texel placeTexel(const Tiling& tiling, const MapShape& shape, size_t firstTile, uint32_t map) {
+PlaceTexel placeTexel(const Tiling& tiling, const MapShape& shape, size_t firstTile, uint32_t map) {
   if (map == kNoMap) return {0, 0, 0, 0};
   const TilePlace within = placeOf(shape, map);
   const Tiling::Place place = tiling.placeOf(firstTile + within.tile);
@@ -114,7 +114,7 @@ gl::Texture placesOf(const LightFieldMaps& maps, const gl::Limits& limits) {
                meanTiling = tilingOf({&maps.mean.maps}, mean, limits);
   const std::vector<size_t> firstSurface = firstTiles(surfaces, surface), firstView = firstTiles(views, view);
   const bool isPacked = maps.layout == SurfaceLayout::packed;
-  std::vector<Texel> texels;
+  std::vector<PlaceTexel> texels;
   for (size_t t = 0; t < maps.mesh.triangles.size(); ++t) {
     texels.push_back(placeTexel(meanTiling, mean, 0, maps.mean.mapOf.empty() ? kNoMap : maps.mean.mapOf[t]));
     for (size_t k = 0; k < maps.terms.size(); ++k) {

@@ -27,12 +27,12 @@ std::vector<uint32_t> others(const std::vector<uint32_t>& some, size_t count) {
 
 // Least squares fit of the factors of a place (a sample or a cell) to its values at other places (cells or
 // samples), whose factors are known. Channel i of a map is that of the colours c with c % channels = i.
-class Fit {
+class UnobservedFit {
 public:
   using Map = std::vector<float> FactorTerm::*;
 
-  Fit(Factors& factors, Map known, size_t knownChannels, Map sought, size_t soughtChannels,
-      const std::vector<uint32_t>& places)
+  UnobservedFit(Factors& factors, Map known, size_t knownChannels, Map sought, size_t soughtChannels,
+                const std::vector<uint32_t>& places)
       : factors_(factors), known_(known), sought_(sought), knownChannels_(knownChannels),
         soughtChannels_(soughtChannels), places_(places) {
     for (size_t channel = 0; channel < soughtChannels_; ++channel) {
@@ -109,10 +109,10 @@ void projectUnobserved(const LightFieldMatrix& matrix, const Observed& observed,
     }
   if (factors.terms.empty()) return;
 
-  const Fit fitSample(factors, &FactorTerm::view, vs, &FactorTerm::surface, us, observed.cells);
+  const UnobservedFit fitSample(factors, &FactorTerm::view, vs, &FactorTerm::surface, us, observed.cells);
   for (const uint32_t sample : samples)
     fitSample(sample, isPositive, [&](size_t cell, size_t c) { return rest(sample, cell, c); });
-  const Fit fitCell(factors, &FactorTerm::surface, us, &FactorTerm::view, vs, observed.samples);
+  const UnobservedFit fitCell(factors, &FactorTerm::surface, us, &FactorTerm::view, vs, observed.samples);
   for (const uint32_t cell : cells)
     fitCell(cell, isPositive, [&](size_t sample, size_t c) { return rest(sample, cell, c); });
 }

@@ -15,11 +15,6 @@ struct Edge {
   uint32_t from, to, triangle;
 };
 
-uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t i) {
-  while (parents[i] != i) i = parents[i] = parents[parents[i]];
-  return i;
-}
-
 } // namespace
 
 std::vector<uint32_t> discBorder(std::span<const std::array<uint32_t, 3>> triangles, size_t vertices) {

@@ -10,7 +10,7 @@ namespace surflect::slf {
 namespace {
 
 // Exact also where they are nearly equal or opposite.
-double angleBetween(const Vec3<double>& a, const Vec3<double>& b) {
+double angleBetweenUnits(const Vec3<double>& a, const Vec3<double>& b) {
   return 2 * std::atan2((a - b).norm(), (a + b).norm());
 }
 
@@ -26,7 +26,7 @@ Vec3<double> turned(const Vec3<double>& from, const Vec3<double>& towards, doubl
 NormalCone coneAround(const NormalCone& a, const NormalCone& b) {
   if (a.isEmpty()) return b;
   if (b.isEmpty()) return a;
-  const double between = angleBetween(a.axis, b.axis);
+  const double between = angleBetweenUnits(a.axis, b.axis);
   const double alpha = a.halfAngle.radians(), beta = b.halfAngle.radians();
   if (between + beta <= alpha) return a;
   if (between + alpha <= beta) return b;
@@ -55,7 +55,7 @@ NormalCone normalCone(const TriangleMesh& mesh, std::span<const uint32_t> triang
     for (const Vec3<double>& normal : normals)
       if (const double distance = (normal - axis).squaredNorm(); distance > furthest)
         furthest = distance, to = &normal;
-    const double angle = angleBetween(axis, *to);
+    const double angle = angleBetweenUnits(axis, *to);
     if (angle < best.halfAngle.radians()) best = {axis, Angle::fromRadians(angle)};
     if (angle < 1e-9) break;
     axis = turned(axis, *to, angle / (step + 1));

@@ -12,14 +12,6 @@ namespace surflect::slf {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-std::vector<uint32_t> upTo(size_t count) {
-  std::vector<uint32_t> indices(count);
-  std::iota(indices.begin(), indices.end(), 0u);
-  return indices;
-}
-
 void sortUnique(std::vector<uint32_t>& values) {
   std::ranges::sort(values);
   values.erase(std::ranges::unique(values).begin(), values.end());
@@ -50,8 +42,8 @@ bool mayMeet(const RegionView& view, const Vec3<double>& a, const Vec3<double>& 
   const double reach = view.cone.angle + margin;
   // The nearest point of the arc is on its inside where the axis is between the planes through its ends.
   if (normal.cross(a).dot(axis) >= 0 && b.cross(normal).dot(axis) >= 0)
-    return std::abs(normal.dot(axis)) <= std::sin(std::min(reach, kPi / 2));
-  return std::max(a.dot(axis), b.dot(axis)) >= std::cos(std::min(reach, kPi));
+    return std::abs(normal.dot(axis)) <= std::sin(std::min(reach, std::numbers::pi / 2));
+  return std::max(a.dot(axis), b.dot(axis)) >= std::cos(std::min(reach, std::numbers::pi));
 }
 
 // Directions of the corners of a pixel rectangle, in acquisition space and not unit, as seen by a pinhole.
@@ -99,9 +91,15 @@ double areaWithin(const gl::Rect& rect, const capture::Camera<AcquisitionSpace>&
 
 } // namespace
 
+std::vector<uint32_t> upTo(size_t count) {
+  std::vector<uint32_t> indices(count);
+  std::iota(indices.begin(), indices.end(), 0u);
+  return indices;
+}
+
 std::vector<uint32_t> trianglesInView(const DirectionMesh& mesh, const RegionView& view, double margin,
                                       uint32_t& start) {
-  if (!(view.cone.angle + margin < kPi / 2)) return upTo(mesh.triangles().size());
+  if (!(view.cone.angle + margin < std::numbers::pi / 2)) return upTo(mesh.triangles().size());
   const auto directions = mesh.directions();
   start = mesh.triangleAt(assume<Direction>(view.cone.axis), start);
   std::vector<uint32_t> visited{start};

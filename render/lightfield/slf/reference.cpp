@@ -15,8 +15,6 @@ namespace surflect::slf {
 
 namespace {
 
-using Point = Point3<AcquisitionSpace, double>;
-
 Eigen::Vector4d valueOf(const Texel& texel) {
   return {image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]), image::floatOfHalf(texel[2]),
           image::floatOfHalf(texel[3])};

@@ -34,12 +34,6 @@ Eigen::Matrix4f clipFromDirection(const Eigen::Matrix4d& clipFromCamera, const M
   return matrix.cast<float>();
 }
 
-std::vector<uint32_t> upTo(size_t count) {
-  std::vector<uint32_t> numbers;
-  for (uint32_t i = 0; i < count; ++i) numbers.push_back(i);
-  return numbers;
-}
-
 // Distance along the viewing axis of a depth 0..1.
 float distanceOf(float depth, const gl::DepthRange& range) {
   const double distance = range.far * range.near / (range.far - depth * (range.far - range.near));

@@ -38,12 +38,12 @@ void requireSound(const TriangleMesh& mesh) {
             .at("triangles[" + std::to_string(t) + ']');
 }
 
+} // namespace
+
 uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t i) {
   while (parents[i] != i) i = parents[i] = parents[parents[i]];
   return i;
 }
-
-} // namespace
 
 TriangleGraph triangleGraph(const TriangleMesh& mesh, const Progress& progress) {
   requireSound(mesh);

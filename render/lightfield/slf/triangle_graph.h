@@ -21,6 +21,9 @@ struct TriangleGraph {
   std::vector<uint8_t> isPinched;
 };
 
+// Root of an element in a forest of parents, which shortens the path to it.
+uint32_t rootOf(std::vector<uint32_t>& parents, uint32_t i);
+
 // Throws Error for a corner beyond the vertices, for a triangle with two corners at one place, and for a
 // position that is not finite; and Cancelled.
 TriangleGraph triangleGraph(const TriangleMesh& mesh, const Progress& progress = {});

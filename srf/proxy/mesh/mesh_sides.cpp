@@ -14,7 +14,7 @@ namespace {
 
 using World = AcquisitionSpace;
 
-constexpr size_t kTriangles = 16384, kOfPart = 4, kViews = 32;
+constexpr size_t kTriangles = 16384, kOfPart = 4, kSideViews = 32;
 constexpr double kGrazing = 0.1; // cosine
 
 // How many cameras see a triangle, from the front and from the back.
@@ -49,7 +49,7 @@ std::vector<SeenSides> seenSides(const TriangleMesh& mesh, const MeshParts& part
                                  std::span<const capture::Camera<World>> cameras, const Progress& progress) {
   const RayCaster<World> rays(mesh, progress);
   std::vector<capture::Camera<World>> some;
-  for (const size_t i : evenlySpaced(cameras.size(), kViews)) some.push_back(cameras[i]);
+  for (const size_t i : evenlySpaced(cameras.size(), kSideViews)) some.push_back(cameras[i]);
   std::vector<uint32_t> triangles;
   std::vector<std::span<const capture::Camera<World>>> asked; // #triangles
   std::vector<size_t> end;                                    // of each part's

@@ -19,7 +19,7 @@ constexpr double kFarSpike = 10;   // diagonals
 constexpr double kFarSpeck = 1;    // diagonals
 constexpr double kBodyArea = 0.99; // of all
 constexpr double kSeenShare = 0.1;
-constexpr size_t kViews = 16;
+constexpr size_t kStrayViews = 16;
 constexpr int kSide = 64; // rays along each side of a picture
 
 // Box of the vertices without the outermost along each axis, one at least at each end.
@@ -53,7 +53,7 @@ double seenShare(const TriangleMesh& some, const TriangleMesh& others,
                  std::span<const capture::Camera<World>> cameras, const Progress& progress) {
   const RayCaster<World> ofSome(some, progress), ofOthers(others, progress); // each at its own precision
   size_t seen = 0, all = 0;
-  for (const size_t i : evenlySpaced(cameras.size(), kViews)) {
+  for (const size_t i : evenlySpaced(cameras.size(), kStrayViews)) {
     progress.checkpoint();
     const capture::Camera<World>& camera = cameras[i];
     const auto worldFromCamera = camera.cameraFromWorld.inverse();
