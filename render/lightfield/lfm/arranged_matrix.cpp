@@ -63,7 +63,6 @@ Observed observedOf(const LightFieldMatrix& matrix) {
 
 ArrangedMatrix ArrangedMatrix::copy() const {
   ArrangedMatrix result;
-  result.planes = planes;
   result.stride = stride;
   result.cells = cells;
   result.values = copied(values);
@@ -71,26 +70,22 @@ ArrangedMatrix ArrangedMatrix::copy() const {
   return result;
 }
 
-ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed, ColorLayout layout,
-                        size_t part) {
+ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed) {
   ArrangedMatrix result;
-  const size_t channels = layout == ColorLayout::scalarView ? 3 : 1; // rows of a sample
-  result.planes = layout == ColorLayout::scalarSurface ? 3 : 1;
   result.cells = observed.cells.size();
   result.stride = roundedUp(result.cells);
-  result.values = PaddedRows<float>(channels * observed.samples.size(), result.planes * result.stride);
+  result.values = PaddedRows<float>(observed.samples.size(), kPlanes * result.stride);
   if (!observed.isUniform) result.weights.emplace(result.rows(), result.cells);
 
   for (size_t row = 0; row < result.rows(); ++row) {
-    const uint32_t sample = observed.samples[row / channels];
+    const uint32_t sample = observed.samples[row];
     std::fill_n(result.values.row(row), result.values.stride(), 0.0f);
     for (size_t n = 0; n < result.cells; ++n) {
       const float weight = weightOf(matrix, sample, observed.cells[n]) / observed.largestWeight;
       if (result.weights) result.weights->row(row)[n] = weight;
       if (weight == 0) continue;
       const float* const rgb = matrix.radiance.data() + 3 * (sample * matrix.cells + observed.cells[n]);
-      for (size_t c = 0; c < result.planes; ++c)
-        result.plane(row, c)[n] = rgb[layout == ColorLayout::rgb ? part : row % channels + c];
+      for (size_t c = 0; c < kPlanes; ++c) result.plane(row, c)[n] = rgb[c];
     }
   }
   return result;
@@ -100,8 +95,8 @@ std::vector<double> squaredErrors(const ArrangedMatrix& matrix, const PlainFacto
   std::vector<double> errors(factors.terms() + 1);
   std::vector<float> rest(matrix.stride);
   for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < matrix.planes; ++c) {
-      const float mean = factors.mean.empty() ? 0 : factors.mean[row * matrix.planes + c];
+    for (size_t c = 0; c < kPlanes; ++c) {
+      const float mean = factors.mean.empty() ? 0 : factors.mean[row * kPlanes + c];
       for (size_t n = 0; n < matrix.cells; ++n) rest[n] = matrix.plane(row, c)[n] - mean;
       for (size_t k = 0; k < errors.size(); ++k) {
         if (k > 0)

@@ -23,7 +23,6 @@ enum class FactorMethod { pca, nmf };
 
 struct FactorizationOptions {
   FactorMethod method = FactorMethod::pca;
-  ColorLayout layout = ColorLayout::scalarSurface;
   size_t terms = 3;           // at most so many
   double tolerance = 0;       // RMS error in radiance: no more terms than it takes; 0: as many as `terms`
   size_t mostIterations = 60; // of NMF, and of PCA with missing entries

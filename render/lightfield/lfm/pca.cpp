@@ -40,9 +40,9 @@ PaddedRows<float> scaledColumns(const PaddedRows<float>& columns, const std::vec
 } // namespace
 
 std::vector<float> takeMean(ArrangedMatrix& matrix) {
-  std::vector<float> mean(matrix.rows() * matrix.planes);
+  std::vector<float> mean(matrix.rows() * kPlanes);
   for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < matrix.planes; ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       float* const values = matrix.plane(row, c);
       double sum = 0, weights = 0;
       for (size_t n = 0; n < matrix.cells; ++n) {
@@ -50,7 +50,7 @@ std::vector<float> takeMean(ArrangedMatrix& matrix) {
         sum += weight * double{values[n]};
         weights += weight;
       }
-      const float ofRow = mean[row * matrix.planes + c] = static_cast<float>(sum / weights);
+      const float ofRow = mean[row * kPlanes + c] = static_cast<float>(sum / weights);
       for (size_t n = 0; n < matrix.cells; ++n)
         if (weightAt(matrix, row, n) > 0) values[n] -= ofRow;
     }

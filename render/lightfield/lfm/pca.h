@@ -17,7 +17,7 @@ PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms, double tol
 // Leading terms of the singular value decomposition of a matrix, without a mean: U has the lengths.
 PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double tolerated);
 
-// Weighted mean of each row in each plane [rows][planes], which is subtracted from the observed values.
+// Weighted mean of each row in each plane [rows][kPlanes], which is subtracted from the observed values.
 std::vector<float> takeMean(ArrangedMatrix& matrix);
 
 } // namespace surflect::lfm

@@ -70,7 +70,7 @@ private:
   double priorOfCell() const {
     return kPriorShare * squaredError_ / entries_ * static_cast<double>(numbers());
   }
-  size_t numbers() const { return sums_.planes() * sums_.cells(); } // of a column of V
+  size_t numbers() const { return kPlanes * sums_.cells(); } // of a column of V
 
   std::vector<float> firstMean_; // is taken out of the matrix
   PlainFactors factors_;
@@ -88,14 +88,14 @@ ArrangedMatrix centred(ArrangedMatrix matrix, std::vector<float>& mean) {
 Fit::Fit(ArrangedMatrix matrix, size_t terms) : sums_(centred(std::move(matrix), firstMean_)) {
   factors_ = leadingTerms(sums_.weightedValues(), terms, 0);
   factors_.mean.assign(firstMean_.size(), 0);
-  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(sums_.planes());
+  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(kPlanes);
   const MatrixXd gram = gramOf(factors_.surface);
   for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
   squaredError_ = std::max(0.0, sums_.squares() - gram.trace());
 }
 
 void Fit::fitRows() {
-  const size_t count = terms(), planes = sums_.planes();
+  const size_t count = terms();
   const PaddedRows<float> along = sums_.alongView(factors_.view);
   const PaddedRows<float> pairs = sums_.viewPairs(factors_.view, true);
   VectorXd priors(count);
@@ -111,8 +111,8 @@ void Fit::fitRows() {
     const auto sumOfView = [&](size_t c) {
       return vectorAt(pairs.row(row) + pairsOf(count) + c * count, count);
     };
-    const double* const b = sums_.rowSums().data() + row * planes;
-    for (size_t c = 0; c < planes; ++c) {
+    const double* const b = sums_.rowSums().data() + row * kPlanes;
+    for (size_t c = 0; c < kPlanes; ++c) {
       const VectorXd p = sumOfView(c);
       reduced.noalias() -= p * p.transpose() / weight;
       reducedRight -= p * (b[c] / weight);
@@ -122,9 +122,9 @@ void Fit::fitRows() {
     store(u, factors_.surface.row(row));
 
     squares += u.dot(gram * u) - 2 * u.dot(right);
-    for (size_t c = 0; c < planes; ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       const double along_c = sumOfView(c).dot(u), mean = (b[c] - along_c) / weight;
-      factors_.mean[row * planes + c] = static_cast<float>(mean);
+      factors_.mean[row * kPlanes + c] = static_cast<float>(mean);
       squares += mean * (2 * along_c - 2 * b[c] + weight * mean);
     }
   }
@@ -139,7 +139,7 @@ void Fit::fitCells() {
     MatrixXd gram = unpacked(pairs.row(n), count);
     gram.diagonal().array() += priorOfCell();
     const Eigen::LDLT<MatrixXd> solver(gram);
-    for (size_t c = 0; c < sums_.planes(); ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       const size_t place = c * sums_.stride() + n;
       const VectorXd right =
           vectorAt(along.row(place), count) - vectorAt(pairs.row(n) + pairsOf(count) + c * count, count);
@@ -149,8 +149,8 @@ void Fit::fitCells() {
 }
 
 void Fit::orthogonalise() {
-  const size_t count = terms(), planes = sums_.planes();
-  for (size_t c = 0; c < planes; ++c) {
+  const size_t count = terms();
+  for (size_t c = 0; c < kPlanes; ++c) {
     VectorXd mean = VectorXd::Zero(count);
     for (size_t n = 0; n < sums_.cells(); ++n)
       mean += vectorAt(factors_.view.row(c * sums_.stride() + n), count);
@@ -159,7 +159,7 @@ void Fit::orthogonalise() {
       for (size_t k = 0; k < count; ++k)
         factors_.view.row(c * sums_.stride() + n)[k] -= static_cast<float>(mean[k]);
     for (size_t row = 0; row < sums_.rows(); ++row)
-      factors_.mean[row * planes + c] +=
+      factors_.mean[row * kPlanes + c] +=
           static_cast<float>(vectorAt(factors_.surface.row(row), count).dot(mean));
   }
   // V = W S, where W is orthonormal; U S' = Q L R' gives U V' = (Q L) (W R)'.

@@ -20,8 +20,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr ColorLayout kLayouts[] = {ColorLayout::scalarSurface, ColorLayout::scalarView, ColorLayout::rgb};
-
 GlossyMatrix small() { return glossyMatrix(120, 8); }
 
 // The part of each sample and cell that is unobserved is a wedge that turns with the cell.
@@ -82,78 +80,59 @@ TEST(Pca, EqualsThePowerIterationOfTheAppendix) {
 }
 
 TEST(Pca, TermsAreOrthogonalAndTheStrongestComesFirst) {
-  for (const ColorLayout layout : {ColorLayout::scalarSurface, ColorLayout::scalarView}) {
-    const Factors factors = factorized(small().view(), {.layout = layout, .terms = 6});
-    double before = std::numeric_limits<double>::infinity();
-    for (const FactorTerm& a : factors.terms) {
-      const VectorXd u = vectorOf(a.surface), v = vectorOf(a.view);
-      EXPECT_LE(u.norm() * v.norm(), before);
-      before = u.norm() * v.norm();
-      for (const FactorTerm& b : factors.terms) {
-        if (&a == &b) continue;
-        EXPECT_LT(std::abs(u.dot(vectorOf(b.surface))), 1e-4 * u.norm() * vectorOf(b.surface).norm());
-        EXPECT_LT(std::abs(v.dot(vectorOf(b.view))), 1e-4 * v.norm() * vectorOf(b.view).norm());
-      }
+  const Factors factors = factorized(small().view(), {.terms = 6});
+  double before = std::numeric_limits<double>::infinity();
+  for (const FactorTerm& a : factors.terms) {
+    const VectorXd u = vectorOf(a.surface), v = vectorOf(a.view);
+    EXPECT_LE(u.norm() * v.norm(), before);
+    before = u.norm() * v.norm();
+    for (const FactorTerm& b : factors.terms) {
+      if (&a == &b) continue;
+      EXPECT_LT(std::abs(u.dot(vectorOf(b.surface))), 1e-4 * u.norm() * vectorOf(b.surface).norm());
+      EXPECT_LT(std::abs(v.dot(vectorOf(b.view))), 1e-4 * v.norm() * vectorOf(b.view).norm());
     }
   }
 }
 
 TEST(Pca, IsProgressive) {
   const GlossyMatrix matrix = small();
-  for (const ColorLayout layout : kLayouts) {
-    const Factors many = factorized(matrix.view(), {.layout = layout, .terms = 7});
-    for (const size_t terms : {0u, 1u, 3u}) {
-      const Factors few = factorized(matrix.view(), {.layout = layout, .terms = terms});
-      ASSERT_EQ(few.terms.size(), terms);
-      EXPECT_EQ(few.mean, many.mean);
-      for (size_t k = 0; k < terms; ++k) {
-        EXPECT_LT((vectorOf(few.terms[k].surface) - vectorOf(many.terms[k].surface)).cwiseAbs().maxCoeff(),
-                  1e-4);
-        EXPECT_LT((vectorOf(few.terms[k].view) - vectorOf(many.terms[k].view)).cwiseAbs().maxCoeff(), 1e-4);
-      }
+  const Factors many = factorized(matrix.view(), {.terms = 7});
+  for (const size_t terms : {0u, 1u, 3u}) {
+    const Factors few = factorized(matrix.view(), {.terms = terms});
+    ASSERT_EQ(few.terms.size(), terms);
+    EXPECT_EQ(few.mean, many.mean);
+    for (size_t k = 0; k < terms; ++k) {
+      EXPECT_LT((vectorOf(few.terms[k].surface) - vectorOf(many.terms[k].surface)).cwiseAbs().maxCoeff(),
+                1e-4);
+      EXPECT_LT((vectorOf(few.terms[k].view) - vectorOf(many.terms[k].view)).cwiseAbs().maxCoeff(), 1e-4);
     }
   }
 }
 
 TEST(Pca, EachTermLowersTheError) {
   const GlossyMatrix matrix = small();
-  for (const ColorLayout layout : kLayouts) {
-    const Factors factors = factorized(matrix.view(), {.layout = layout, .terms = 10});
-    for (size_t k = 1; k <= 10; ++k)
-      EXPECT_LT(errorOf(factors, k, matrix.view()).rms(), errorOf(factors, k - 1, matrix.view()).rms());
-  }
-}
-
-TEST(Pca, ViewMapsInColourFitBetterThanSurfaceMapsInColourAndBothFitBest) {
-  const GlossyMatrix matrix = glossyMatrix(400, 16);
-  const double surface = rms(matrix, {.layout = ColorLayout::scalarSurface}),
-               view = rms(matrix, {.layout = ColorLayout::scalarView}),
-               both = rms(matrix, {.layout = ColorLayout::rgb});
-  EXPECT_LT(both, surface);
-  EXPECT_LT(surface, view);
+  const Factors factors = factorized(matrix.view(), {.terms = 10});
+  for (size_t k = 1; k <= 10; ++k)
+    EXPECT_LT(errorOf(factors, k, matrix.view()).rms(), errorOf(factors, k - 1, matrix.view()).rms());
 }
 
 TEST(Pca, TakesTheFewestTermsWithinTheTolerance) {
   for (const GlossyMatrix& matrix : {small(), withHoles(0.3)})
-    for (const ColorLayout layout : kLayouts)
-      for (const double tolerance : {0.1, 0.02, 0.005}) {
-        const Factors factors =
-            factorized(matrix.view(), {.layout = layout, .terms = 30, .tolerance = tolerance});
-        const size_t terms = factors.terms.size();
-        EXPECT_LE(errorOf(factors, terms, matrix.view()).rms(), 1.0001 * tolerance);
-        if (terms > 0) {
-          EXPECT_GT(errorOf(factors, terms - 1, matrix.view()).rms(), 0.9999 * tolerance);
-        }
+    for (const double tolerance : {0.1, 0.02, 0.005}) {
+      const Factors factors = factorized(matrix.view(), {.terms = 30, .tolerance = tolerance});
+      const size_t terms = factors.terms.size();
+      EXPECT_LE(errorOf(factors, terms, matrix.view()).rms(), 1.0001 * tolerance);
+      if (terms > 0) {
+        EXPECT_GT(errorOf(factors, terms - 1, matrix.view()).rms(), 0.9999 * tolerance);
       }
+    }
 }
 
 TEST(Pca, AConstantMatrixIsItsMean) {
   const std::vector<float> radiance(3 * 50 * 40, 0.3f);
-  for (const ColorLayout layout : kLayouts) {
-    const Factors factors = factorized({50, 40, radiance, {}}, {.layout = layout});
-    EXPECT_TRUE(factors.terms.empty());
-    for (const float mean : factors.mean) EXPECT_EQ(mean, 0.3f);
-  }
+  const Factors factors = factorized({50, 40, radiance, {}}, {});
+  EXPECT_TRUE(factors.terms.empty());
+  for (const float mean : factors.mean) EXPECT_EQ(mean, 0.3f);
 }
 
 TEST(Pca, HasNoMoreTermsThanTheRank) {
@@ -223,18 +202,16 @@ TEST(WeightedPca, WithEqualWeightsOfAnySizeIsPca) {
 
 TEST(Factorization, UnobservedSamplesAndCellsAreProjected) {
   const GlossyMatrix full = small();
-  for (const FactorMethod method : {FactorMethod::pca, FactorMethod::nmf})
-    for (const ColorLayout layout : kLayouts) {
-      GlossyMatrix matrix = full;
-      matrix.weights.assign(matrix.samples * matrix.cells, 1);
-      for (size_t i = 0; i < matrix.weights.size(); ++i)
-        if (i / matrix.cells % 9 == 4 || i % matrix.cells % 7 == 3) matrix.weights[i] = 0;
-      const FactorizationOptions options{.method = method, .layout = layout, .terms = 4};
-      const Factors factors = factorized(matrix.view(), options);
-      std::vector<float> weights;
-      EXPECT_LT(errorOf(factors, 4, holesOf(matrix, weights)).rms(),
-                1.6 * errorOf(factors, 4, matrix.view()).rms());
-    }
+  for (const FactorMethod method : {FactorMethod::pca, FactorMethod::nmf}) {
+    GlossyMatrix matrix = full;
+    matrix.weights.assign(matrix.samples * matrix.cells, 1);
+    for (size_t i = 0; i < matrix.weights.size(); ++i)
+      if (i / matrix.cells % 9 == 4 || i % matrix.cells % 7 == 3) matrix.weights[i] = 0;
+    const Factors factors = factorized(matrix.view(), {.method = method, .terms = 4});
+    std::vector<float> weights;
+    EXPECT_LT(errorOf(factors, 4, holesOf(matrix, weights)).rms(),
+              1.6 * errorOf(factors, 4, matrix.view()).rms());
+  }
 }
 
 TEST(Factorization, EntriesThatAreNotFiniteAreNotObserved) {
@@ -284,25 +261,21 @@ TEST(Factorization, RejectsWrongSizesWeightsAndNegativeRadiance) {
 }
 
 TEST(Nmf, IsNonnegativeAndItsErrorNeverRises) {
-  for (const GlossyMatrix& matrix : {small(), withHoles(0.3)})
-    for (const ColorLayout layout : kLayouts) {
-      double before = std::numeric_limits<double>::infinity();
-      for (const size_t iterations : {1u, 2u, 4u, 8u, 16u, 32u}) {
-        const Factors factors = factorized(matrix.view(), {.method = FactorMethod::nmf,
-                                                           .layout = layout,
-                                                           .terms = 3,
-                                                           .mostIterations = iterations,
-                                                           .convergence = 0});
-        EXPECT_TRUE(factors.mean.empty());
-        for (const FactorTerm& term : factors.terms) {
-          for (const float u : term.surface) EXPECT_GE(u, 0);
-          for (const float v : term.view) EXPECT_GE(v, 0);
-        }
-        const double error = errorOf(factors, 3, matrix.view()).rms();
-        EXPECT_LE(error, before * (1 + 1e-6));
-        before = error;
+  for (const GlossyMatrix& matrix : {small(), withHoles(0.3)}) {
+    double before = std::numeric_limits<double>::infinity();
+    for (const size_t iterations : {1u, 2u, 4u, 8u, 16u, 32u}) {
+      const Factors factors = factorized(
+          matrix.view(), {.method = FactorMethod::nmf, .mostIterations = iterations, .convergence = 0});
+      EXPECT_TRUE(factors.mean.empty());
+      for (const FactorTerm& term : factors.terms) {
+        for (const float u : term.surface) EXPECT_GE(u, 0);
+        for (const float v : term.view) EXPECT_GE(v, 0);
       }
+      const double error = errorOf(factors, 3, matrix.view()).rms();
+      EXPECT_LE(error, before * (1 + 1e-6));
+      before = error;
     }
+  }
 }
 
 TEST(Nmf, IsAtLeastAsGoodAsTheUpdatesOfTheAppendix) {
