@@ -144,8 +144,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
 
   const SeenLightField field{views.mesh(),   rings, patch, grid, observeIn(sight, views.mesh(), normals),
                              options.visible};
-  const FactorizationOptions factorization{.method = options.method == Method::pca ? FactorMethod::pca
-                                                                                   : FactorMethod::nmf,
+  const FactorizationOptions factorization{.method = options.method,
                                            .terms = options.terms,
                                            .tolerance = options.tolerance * rootOf(report.white)};
   MeanShares means(options.method == Method::pca ? maps.mesh.triangles.size() : 0, patch.samples());

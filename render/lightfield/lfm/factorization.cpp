@@ -61,7 +61,7 @@ void orient(PlainFactors& factors) {
 PlainFactors fitted(ArrangedMatrix matrix, size_t terms, const FactorizationOptions& options,
                     const Progress& progress) {
   const FitOptions fit{terms, options.mostIterations, options.convergence};
-  if (options.method == FactorMethod::nmf)
+  if (options.method == Method::nmf)
     return nonnegativeFactors(std::move(matrix), fit, options.seed, progress);
   return matrix.weights ? weightedComponents(std::move(matrix), fit, progress)
                         : principalComponents(std::move(matrix), terms, 0);
@@ -73,7 +73,7 @@ PlainFactors fittedWithin(ArrangedMatrix matrix, size_t& terms, const Factorizat
   terms = options.terms;
   if (options.tolerance == 0) return fitted(std::move(matrix), terms, options, progress);
   const double tolerated = options.tolerance * options.tolerance * weightsOf(matrix);
-  size_t count = options.method == FactorMethod::nmf ? std::min<size_t>(1, terms) : terms;
+  size_t count = options.method == Method::nmf ? std::min<size_t>(1, terms) : terms;
   for (;; ++count) {
     PlainFactors factors = fitted(matrix.copy(), count, options, progress);
     const std::vector<double> errors = squaredErrors(matrix, factors);
@@ -114,7 +114,7 @@ void requireNonnegative(const LightFieldMatrix& matrix) {
 Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options,
                    const Progress& progress) {
   const Observed observed = observedOf(matrix);
-  const bool isPositive = options.method == FactorMethod::nmf;
+  const bool isPositive = options.method == Method::nmf;
   if (isPositive) requireNonnegative(matrix);
   Factors result{matrix.samples, matrix.cells, {}, {}};
   if (!isPositive) result.mean.assign(kPlanes * matrix.samples, 0);

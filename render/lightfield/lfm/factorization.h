@@ -19,10 +19,8 @@
 
 namespace surflect::lfm {
 
-enum class FactorMethod { pca, nmf };
-
 struct FactorizationOptions {
-  FactorMethod method = FactorMethod::pca;
+  Method method = Method::pca;
   size_t terms = 3;           // at most so many
   double tolerance = 0;       // RMS error in radiance: no more terms than it takes; 0: as many as `terms`
   size_t mostIterations = 60; // of NMF, and of PCA with missing entries

@@ -16,6 +16,11 @@
 
 namespace surflect::lfm {
 
+enum class Method {
+  pca, // principal components: maps are signed, a mean is taken out
+  nmf  // non-negative matrix factorisation: maps are positive, there is no mean
+};
+
 // Vertex light field matrix F. An entry is a sample in a cell, with its three colours.
 struct LightFieldMatrix {
   size_t samples = 0, cells = 0;
