@@ -14,18 +14,18 @@
 
 namespace surflect::lfm {
 
-// Samples and cells with an observed entry.
+// Samples and cells with an entry that counts in the fit.
 struct Observed {
   std::vector<uint32_t> samples, cells;
-  float largestWeight = 0;
-  bool isUniform = true; // all entries of these samples and cells have the same weight
+  float leastWeight = 0, largestWeight = 0;
 };
 
-// Throws Error if sizes do not fit, or a weight is negative or not finite.
-Observed observedOf(const LightFieldMatrix& matrix);
+// Entries count by their weight, at least `leastWeight`; not if a colour is not finite, or if the weight is
+// below kNegligibleWeight of the largest. Throws Error if sizes do not fit, or a weight is negative or not
+// finite.
+Observed observedOf(const LightFieldMatrix& matrix, float leastWeight = 0);
 
-// Weight of an entry; 0 if one of its colours is not finite.
-float weightOf(const LightFieldMatrix& matrix, size_t sample, size_t cell);
+inline constexpr float kNegligibleWeight = 1e-6f;
 
 inline constexpr size_t kPlanes = 3; // red, green and blue
 
@@ -50,8 +50,5 @@ struct PlainFactors {
   std::vector<float> mean;         // [rows][kPlanes]; empty if none was taken out
   size_t terms() const { return surface.columns(); }
 };
-
-// Sum of weighted squared errors after 0, 1, ... terms, over the matrix.
-std::vector<double> squaredErrors(const ArrangedMatrix& matrix, const PlainFactors& factors);
 
 } // namespace surflect::lfm

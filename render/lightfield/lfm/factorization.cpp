@@ -18,15 +18,6 @@ namespace surflect::lfm {
 
 namespace {
 
-// Weights of all entries, as an arranged matrix has them.
-double weightsOf(const ArrangedMatrix& matrix) {
-  double sum = 0;
-  for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t n = 0; n < matrix.cells; ++n)
-      sum += matrix.weights ? double{matrix.weights->row(row)[n]} : 1.0;
-  return sum * static_cast<double>(kPlanes);
-}
-
 // Divides the scale of each term between its maps so that their largest absolute values are equal.
 // [Chen et al. 2002, Appendix]: alpha = sqrt(max_u lambda / max_v), u <- lambda u / alpha, v <- alpha v; here
 // lambda is in U already.
@@ -64,32 +55,15 @@ PlainFactors fitted(ArrangedMatrix matrix, size_t terms, const FactorizationOpti
   if (options.method == Method::nmf)
     return nonnegativeFactors(std::move(matrix), fit, options.seed, progress);
   return matrix.weights ? weightedComponents(std::move(matrix), fit, progress)
-                        : principalComponents(std::move(matrix), terms, 0);
+                        : principalComponents(std::move(matrix), terms);
 }
 
-// The fewest terms within the tolerance. Factors of all terms, if fewer are enough, have more.
-PlainFactors fittedWithin(ArrangedMatrix matrix, size_t& terms, const FactorizationOptions& options,
-                          const Progress& progress) {
-  terms = options.terms;
-  if (options.tolerance == 0) return fitted(std::move(matrix), terms, options, progress);
-  const double tolerated = options.tolerance * options.tolerance * weightsOf(matrix);
-  size_t count = options.method == Method::nmf ? std::min<size_t>(1, terms) : terms;
-  for (;; ++count) {
-    PlainFactors factors = fitted(matrix.copy(), count, options, progress);
-    const std::vector<double> errors = squaredErrors(matrix, factors);
-    const auto fewest = static_cast<size_t>(
-        std::ranges::find_if(errors, [&](double error) { return error <= tolerated; }) - errors.begin());
-    if (count < options.terms && fewest > count) continue;
-    terms = std::min(count, fewest);
-    return factors;
-  }
-}
-
-// Copies factors to the maps of all samples and cells.
-void assemble(const PlainFactors& from, const Observed& observed, Factors& to) {
+// Maps of all samples and cells; 0 where nothing was observed.
+Factors assembled(const PlainFactors& from, const LightFieldMatrix& matrix, const Observed& observed) {
+  Factors to{matrix.samples, matrix.cells, {}, {}};
   const size_t stride = from.view.rows() / kPlanes;
-  for (size_t k = 0; k < to.terms.size(); ++k) {
-    FactorTerm& term = to.terms[k];
+  for (size_t k = 0; k < from.terms(); ++k) {
+    FactorTerm& term = to.terms.emplace_back();
     term.surface.assign(to.samples, 0);
     term.view.assign(kPlanes * to.cells, 0);
     for (size_t row = 0; row < observed.samples.size(); ++row)
@@ -98,8 +72,25 @@ void assemble(const PlainFactors& from, const Observed& observed, Factors& to) {
       for (size_t c = 0; c < kPlanes; ++c)
         term.view[kPlanes * observed.cells[n] + c] = from.view.row(c * stride + n)[k];
   }
+  if (!from.mean.empty()) to.mean.assign(kPlanes * to.samples, 0);
   for (size_t row = 0; row < observed.samples.size() && !to.mean.empty(); ++row)
     std::copy_n(&from.mean[kPlanes * row], kPlanes, &to.mean[kPlanes * observed.samples[row]]);
+  return to;
+}
+
+// Factors of the observed samples and cells.
+Factors factorsOf(const LightFieldMatrix& matrix, const Observed& observed,
+                  const FactorizationOptions& options, const Progress& progress) {
+  const size_t fewest = options.method == Method::nmf ? std::min<size_t>(1, options.terms) : 0;
+  ArrangedMatrix values = arranged(matrix, observed);
+  for (size_t terms = options.tolerance > 0 ? fewest : options.terms;; ++terms) {
+    const bool isLast = terms == options.terms;
+    PlainFactors plain = fitted(isLast ? std::move(values) : values.copy(), terms, options, progress);
+    orient(plain);
+    balance(plain);
+    Factors factors = assembled(plain, matrix, observed);
+    if (isLast || errorOf(factors, terms, matrix).rms() <= options.tolerance) return factors;
+  }
 }
 
 void requireNonnegative(const LightFieldMatrix& matrix) {
@@ -113,20 +104,14 @@ void requireNonnegative(const LightFieldMatrix& matrix) {
 
 Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options,
                    const Progress& progress) {
-  const Observed observed = observedOf(matrix);
+  const Observed observed = observedOf(matrix, options.leastWeight);
   const bool isPositive = options.method == Method::nmf;
   if (isPositive) requireNonnegative(matrix);
   Factors result{matrix.samples, matrix.cells, {}, {}};
-  if (!isPositive) result.mean.assign(kPlanes * matrix.samples, 0);
-
-  if (!observed.samples.empty()) {
-    size_t terms = 0;
-    PlainFactors factors = fittedWithin(arranged(matrix, observed), terms, options, progress);
-    orient(factors);
-    balance(factors);
-    result.terms.resize(std::min(terms, factors.terms()));
-    assemble(factors, observed, result);
-  }
+  if (!observed.samples.empty())
+    result = factorsOf(matrix, observed, options, progress);
+  else if (!isPositive)
+    result.mean.assign(kPlanes * matrix.samples, 0);
   projectUnobserved(matrix, observed, isPositive, result);
   return result;
 }

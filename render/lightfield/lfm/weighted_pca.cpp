@@ -47,7 +47,8 @@ PaddedRows<float> transformed(const PaddedRows<float>& columns, const MatrixXd& 
 
 class Fit {
 public:
-  Fit(ArrangedMatrix matrix, size_t terms);
+  // The mean of the matrix has been taken out.
+  Fit(ArrangedMatrix matrix, size_t terms, double negligible);
 
   size_t terms() const { return factors_.terms(); }
   double squaredError() const { return squaredError_; } // weighted; after fitRows()
@@ -60,7 +61,7 @@ public:
   // the mean of the rows; the product stays.
   void orthogonalise();
 
-  PlainFactors factors() &&;
+  PlainFactors factors() && { return std::move(factors_); }
 
 private:
   // Precision of the priors times the variance of an observation.
@@ -72,22 +73,17 @@ private:
   }
   size_t numbers() const { return kPlanes * sums_.cells(); } // of a column of V
 
-  std::vector<float> firstMean_; // is taken out of the matrix
   PlainFactors factors_;
   std::vector<double> lengths_; // squared, of the columns of U
   double squaredError_ = 0, entries_ = 0;
+  double negligible_; // sum of squares that is rounding error
   WeightedSums sums_;
 };
 
-// The matrix without its mean, which is stored.
-ArrangedMatrix centred(ArrangedMatrix matrix, std::vector<float>& mean) {
-  mean = takeMean(matrix);
-  return matrix;
-}
-
-Fit::Fit(ArrangedMatrix matrix, size_t terms) : sums_(centred(std::move(matrix), firstMean_)) {
-  factors_ = leadingTerms(sums_.weightedValues(), terms, 0);
-  factors_.mean.assign(firstMean_.size(), 0);
+Fit::Fit(ArrangedMatrix matrix, size_t terms, double negligible)
+    : negligible_(negligible), sums_(std::move(matrix)) {
+  factors_ = leadingTerms(sums_.weightedValues(), terms, negligible_);
+  factors_.mean.assign(kPlanes * sums_.rows(), 0);
   for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(kPlanes);
   const MatrixXd gram = gramOf(factors_.surface);
   for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
@@ -177,15 +173,12 @@ void Fit::orthogonalise() {
     lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], std::numeric_limits<double>::min());
 }
 
-PlainFactors Fit::factors() && {
-  for (size_t i = 0; i < firstMean_.size(); ++i) factors_.mean[i] += firstMean_[i];
-  return std::move(factors_);
-}
-
 } // namespace
 
 PlainFactors weightedComponents(ArrangedMatrix matrix, const FitOptions& options, const Progress& progress) {
-  Fit fit(std::move(matrix), options.terms);
+  const double negligible = roundingOf(matrix);
+  const std::vector<float> mean = takeMean(matrix);
+  Fit fit(std::move(matrix), options.terms, negligible);
   double before = std::numeric_limits<double>::infinity();
   for (size_t iteration = 0; fit.terms() > 0; ++iteration) {
     progress.checkpoint();
@@ -196,7 +189,9 @@ PlainFactors weightedComponents(ArrangedMatrix matrix, const FitOptions& options
     before = rms;
     fit.fitCells();
   }
-  return std::move(fit).factors();
+  PlainFactors factors = std::move(fit).factors();
+  for (size_t i = 0; i < mean.size(); ++i) factors.mean[i] += mean[i];
+  return factors;
 }
 
 } // namespace surflect::lfm
