@@ -21,6 +21,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Share of the trace that is added to the diagonal of sums of floats, above their rounding error: it keeps
+// the equations positive definite where fewer cells were observed than there are terms.
+constexpr double kRidge = 1e-6;
+
 VectorXd vectorAt(const float* numbers, size_t terms) {
   return Eigen::Map<const Eigen::VectorXf>(numbers, static_cast<Eigen::Index>(terms)).cast<double>();
 }
@@ -57,8 +61,9 @@ public:
   void fitRows();
   // Fits V to U and the mean.
   void fitCells();
-  // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V to
-  // the mean of the rows; the product stays.
+  // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V over
+  // cells to the mean of the rows. The product stays: u (v - m)' + u m' = u v' for any m that all rows share,
+  // which a mean weighted for each row is not.
   void orthogonalise();
 
   PlainFactors factors() && { return std::move(factors_); }
@@ -69,7 +74,7 @@ private:
     return priorOfCell() * static_cast<double>(sums_.rows()) / (lengths_[k] * static_cast<double>(numbers()));
   }
   double priorOfCell() const {
-    return kPriorShare * squaredError_ / entries_ * static_cast<double>(numbers());
+    return kPriorShare * std::max(squaredError_, negligible_) / entries_ * static_cast<double>(numbers());
   }
   size_t numbers() const { return kPlanes * sums_.cells(); } // of a column of V
 
@@ -114,6 +119,7 @@ void Fit::fitRows() {
       reducedRight -= p * (b[c] / weight);
     }
     reduced.diagonal() += priors;
+    reduced.diagonal().array() += kRidge * gram.trace();
     const VectorXd u = reduced.ldlt().solve(reducedRight);
     store(u, factors_.surface.row(row));
 
@@ -133,7 +139,7 @@ void Fit::fitCells() {
   const PaddedRows<float> pairs = sums_.surfacePairs(factors_.surface, factors_.mean);
   for (size_t n = 0; n < sums_.cells(); ++n) {
     MatrixXd gram = unpacked(pairs.row(n), count);
-    gram.diagonal().array() += priorOfCell();
+    gram.diagonal().array() += priorOfCell() + kRidge * gram.trace();
     const Eigen::LDLT<MatrixXd> solver(gram);
     for (size_t c = 0; c < kPlanes; ++c) {
       const size_t place = c * sums_.stride() + n;
@@ -170,7 +176,7 @@ void Fit::orthogonalise() {
   factors_.surface = transformed(factors_.surface, spread * turn);
   factors_.view = transformed(factors_.view, ofView.eigenvectors() * inverse.asDiagonal() * turn);
   for (size_t k = 0; k < count; ++k)
-    lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], std::numeric_limits<double>::min());
+    lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], negligible_);
 }
 
 } // namespace

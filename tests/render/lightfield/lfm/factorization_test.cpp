@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -198,6 +199,53 @@ TEST(WeightedPca, WithEqualWeightsOfAnySizeIsPca) {
   matrix.weights[17] = 0.2499f;
   const std::vector<float> nearly = product(factorized(matrix.view(), {}), 3), all = product(plain, 3);
   for (size_t i = 0; i < all.size(); ++i) EXPECT_NEAR(nearly[i], all[i], 2e-3);
+}
+
+TEST(WeightedPca, AConstantMatrixIsItsMean) {
+  const std::vector<float> radiance(3 * 50 * 40, 0.3f);
+  std::vector<float> weights(50 * 40, 1);
+  for (size_t i = 0; i < weights.size(); ++i) weights[i] = static_cast<float>(1 + i % 7) / 7;
+  const Factors factors = factorized({50, 40, radiance, weights}, {});
+  EXPECT_TRUE(factors.terms.empty());
+  for (const float mean : factors.mean) EXPECT_FLOAT_EQ(mean, 0.3f);
+}
+
+// Without noise the prior vanishes; rows with one observed cell, or with weights that vanish beside others,
+// do not determine their factors.
+TEST(WeightedPca, RowsWithFewObservationsHaveFiniteFactors) {
+  for (const float faint : {1e-3f, 1e-30f}) {
+    GlossyMatrix matrix = small();
+    matrix.radiance = product(factorized(matrix.view(), {.terms = 1}), 1);
+    const float largest = *std::ranges::max_element(matrix.radiance);
+    for (size_t sample = 0; sample < matrix.samples; ++sample)
+      for (size_t cell = 0; cell < matrix.cells; ++cell)
+        matrix.weights.push_back(sample % 3 == 0 ? (cell == sample % matrix.cells ? 1.0f : 0.0f)
+                                                 : (sample % 3 == 1 ? faint : 1e10f));
+    const Factors factors = factorized(matrix.view(), {.terms = 6, .mostIterations = 200, .convergence = 0});
+    for (const float value : product(factors, 6)) EXPECT_LT(std::abs(value), 4 * largest); // not NaN
+  }
+}
+
+// All directions but a few were extrapolated wrongly.
+TEST(Factorization, TheToleranceIsJudgedByObservedEntries) {
+  const GlossyMatrix full = small();
+  for (const Method method : {Method::pca, Method::nmf}) {
+    const FactorizationOptions options{.method = method, .terms = 8, .tolerance = 0.03, .leastWeight = 0.02f};
+    GlossyMatrix matrix = full;
+    matrix.weights.assign(matrix.samples * matrix.cells, 1);
+    for (size_t i = 0; i < matrix.weights.size(); ++i)
+      if (i % matrix.cells % 4 == 0) {
+        matrix.weights[i] = 0;
+        matrix.radiance[3 * i] += i / matrix.cells % 2 ? 0.5f : 0;
+      }
+    const Factors factors = factorized(matrix.view(), options);
+    const size_t terms = factors.terms.size();
+    EXPECT_LT(terms, options.terms);
+    EXPECT_LE(errorOf(factors, terms, matrix.view()).rms(), options.tolerance);
+    const std::vector<float> all(matrix.weights.size(), 1);
+    EXPECT_GT(errorOf(factors, terms, {matrix.samples, matrix.cells, matrix.radiance, all}).rms(),
+              2 * options.tolerance);
+  }
 }
 
 TEST(Factorization, UnobservedSamplesAndCellsAreProjected) {
