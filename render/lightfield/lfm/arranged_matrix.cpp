@@ -27,43 +27,46 @@ void requireFitting(const LightFieldMatrix& matrix) {
           .at("weights[" + std::to_string(i) + "]");
 }
 
-} // namespace
-
-float weightOf(const LightFieldMatrix& matrix, size_t sample, size_t cell) {
-  const size_t entry = sample * matrix.cells + cell;
+// Weight of an entry in the fit.
+float weightOf(const LightFieldMatrix& matrix, size_t entry, float leastWeight) {
   const float* const rgb = matrix.radiance.data() + 3 * entry;
   if (!std::isfinite(rgb[0]) || !std::isfinite(rgb[1]) || !std::isfinite(rgb[2])) return 0;
-  return matrix.weights.empty() ? 1 : matrix.weights[entry];
+  return matrix.weights.empty() ? 1 : std::max(matrix.weights[entry], leastWeight);
 }
 
-Observed observedOf(const LightFieldMatrix& matrix) {
+// Weight as a share of the largest.
+float shareOf(const LightFieldMatrix& matrix, const Observed& observed, size_t sample, size_t cell) {
+  const float share =
+      weightOf(matrix, sample * matrix.cells + cell, observed.leastWeight) / observed.largestWeight;
+  return share < kNegligibleWeight ? 0 : share;
+}
+
+} // namespace
+
+Observed observedOf(const LightFieldMatrix& matrix, float leastWeight) {
   requireFitting(matrix);
-  Observed observed;
+  Observed observed{{}, {}, leastWeight, 0};
+  for (size_t entry = 0; entry < matrix.samples * matrix.cells; ++entry)
+    observed.largestWeight = std::max(observed.largestWeight, weightOf(matrix, entry, leastWeight));
+  if (observed.largestWeight == 0) return observed;
+
   std::vector<char> isCellObserved(matrix.cells);
   for (size_t sample = 0; sample < matrix.samples; ++sample) {
     bool isObserved = false;
-    for (size_t cell = 0; cell < matrix.cells; ++cell) {
-      const float weight = weightOf(matrix, sample, cell);
-      if (weight == 0) continue;
-      isObserved = true;
-      isCellObserved[cell] = 1;
-      observed.largestWeight = std::max(observed.largestWeight, weight);
-    }
+    for (size_t cell = 0; cell < matrix.cells; ++cell)
+      if (shareOf(matrix, observed, sample, cell) > 0) {
+        isObserved = true;
+        isCellObserved[cell] = 1;
+      }
     if (isObserved) observed.samples.push_back(static_cast<uint32_t>(sample));
   }
   for (size_t cell = 0; cell < matrix.cells; ++cell)
     if (isCellObserved[cell]) observed.cells.push_back(static_cast<uint32_t>(cell));
-  observed.isUniform = std::ranges::all_of(observed.samples, [&](uint32_t sample) {
-    return std::ranges::all_of(observed.cells, [&](uint32_t cell) {
-      return weightOf(matrix, sample, cell) == observed.largestWeight;
-    });
-  });
   return observed;
 }
 
 ArrangedMatrix ArrangedMatrix::copy() const {
   ArrangedMatrix result;
-  result.planes = planes;
   result.stride = stride;
   result.cells = cells;
   result.values = copied(values);
@@ -71,51 +74,27 @@ ArrangedMatrix ArrangedMatrix::copy() const {
   return result;
 }
 
-ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed, ColorLayout layout,
-                        size_t part) {
+ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed) {
   ArrangedMatrix result;
-  const size_t channels = layout == ColorLayout::scalarView ? 3 : 1; // rows of a sample
-  result.planes = layout == ColorLayout::scalarSurface ? 3 : 1;
   result.cells = observed.cells.size();
   result.stride = roundedUp(result.cells);
-  result.values = PaddedRows<float>(channels * observed.samples.size(), result.planes * result.stride);
-  if (!observed.isUniform) result.weights.emplace(result.rows(), result.cells);
-
+  result.values = PaddedRows<float>(observed.samples.size(), kPlanes * result.stride);
+  result.weights.emplace(result.rows(), result.cells);
+  bool isUniform = true;
   for (size_t row = 0; row < result.rows(); ++row) {
-    const uint32_t sample = observed.samples[row / channels];
+    const uint32_t sample = observed.samples[row];
     std::fill_n(result.values.row(row), result.values.stride(), 0.0f);
     for (size_t n = 0; n < result.cells; ++n) {
-      const float weight = weightOf(matrix, sample, observed.cells[n]) / observed.largestWeight;
-      if (result.weights) result.weights->row(row)[n] = weight;
+      const float weight = shareOf(matrix, observed, sample, observed.cells[n]);
+      result.weights->row(row)[n] = weight;
+      isUniform &= weight == 1;
       if (weight == 0) continue;
       const float* const rgb = matrix.radiance.data() + 3 * (sample * matrix.cells + observed.cells[n]);
-      for (size_t c = 0; c < result.planes; ++c)
-        result.plane(row, c)[n] = rgb[layout == ColorLayout::rgb ? part : row % channels + c];
+      for (size_t c = 0; c < kPlanes; ++c) result.plane(row, c)[n] = rgb[c];
     }
   }
+  if (isUniform) result.weights.reset();
   return result;
-}
-
-std::vector<double> squaredErrors(const ArrangedMatrix& matrix, const PlainFactors& factors) {
-  std::vector<double> errors(factors.terms() + 1);
-  std::vector<float> rest(matrix.stride);
-  for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < matrix.planes; ++c) {
-      const float mean = factors.mean.empty() ? 0 : factors.mean[row * matrix.planes + c];
-      for (size_t n = 0; n < matrix.cells; ++n) rest[n] = matrix.plane(row, c)[n] - mean;
-      for (size_t k = 0; k < errors.size(); ++k) {
-        if (k > 0)
-          for (size_t n = 0; n < matrix.cells; ++n)
-            rest[n] -= factors.surface.row(row)[k - 1] * factors.view.row(c * matrix.stride + n)[k - 1];
-        double sum = 0;
-        for (size_t n = 0; n < matrix.cells; ++n) {
-          const double weight = matrix.weights ? matrix.weights->row(row)[n] : 1;
-          sum += weight * double{rest[n]} * double{rest[n]};
-        }
-        errors[k] += sum;
-      }
-    }
-  return errors;
 }
 
 } // namespace surflect::lfm

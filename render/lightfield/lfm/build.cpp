@@ -95,6 +95,10 @@ void store(const Factors& factors, const Rings& rings, const RingRows& rows, uin
 // Vertices whose triangles are observed together; neighbours in the list share most of them.
 constexpr size_t kVerticesAtOnce = 64;
 
+// Weight of extrapolated values, which hold factors where few samples were observed. Without it these show as
+// black or bright blots.
+constexpr float kLeastWeight = 0.02f;
+
 // Means above this many times the root of white are cut off, so that few bright samples do not take all
 // codes.
 constexpr double kBrightestMean = 2;
@@ -144,10 +148,10 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
 
   const SeenLightField field{views.mesh(),   rings, patch, grid, observeIn(sight, views.mesh(), normals),
                              options.visible};
-  const FactorizationOptions factorization{.method = options.method == Method::pca ? FactorMethod::pca
-                                                                                   : FactorMethod::nmf,
+  const FactorizationOptions factorization{.method = options.method,
                                            .terms = options.terms,
-                                           .tolerance = options.tolerance * rootOf(report.white)};
+                                           .tolerance = options.tolerance * rootOf(report.white),
+                                           .leastWeight = kLeastWeight};
   MeanShares means(options.method == Method::pca ? maps.mesh.triangles.size() : 0, patch.samples());
   struct Result {
     std::vector<FactorError> errors; // after 0, 1, ... terms
@@ -161,11 +165,9 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   std::vector<uint8_t> isSeen(maps.mesh.positions.size(), 0);
   const auto factorise = [&](size_t i, const VertexMatrix& matrix, const RingRows& rows) {
     const Stopwatch watch;
-    const std::vector<float> weights = fitWeights(matrix);
-    const Factors factors = factorized({matrix.rows, matrix.cells, matrix.values, weights}, factorization,
-                                       {{}, progress.cancelled});
-    store(factors, rings, rows, vertices[i], maps, means);
     const LightFieldMatrix observed{matrix.rows, matrix.cells, matrix.values, matrix.weights};
+    const Factors factors = factorized(observed, factorization, {{}, progress.cancelled});
+    store(factors, rings, rows, vertices[i], maps, means);
     Result& result = results[i];
     result.terms = factors.terms.size();
     for (size_t k = 0; k <= options.terms; ++k)

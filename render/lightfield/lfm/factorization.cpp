@@ -18,18 +18,6 @@ namespace surflect::lfm {
 
 namespace {
 
-// Weights of all entries, as an arranged matrix has them.
-double weightsOf(const ArrangedMatrix& matrix) {
-  double sum = 0;
-  for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t n = 0; n < matrix.cells; ++n)
-      sum += matrix.weights ? double{matrix.weights->row(row)[n]} : 1.0;
-  return sum * static_cast<double>(matrix.planes);
-}
-
-size_t partsOf(ColorLayout layout) { return layout == ColorLayout::rgb ? 3 : 1; }
-size_t rowsOfSample(ColorLayout layout) { return layout == ColorLayout::scalarView ? 3 : 1; }
-
 // Divides the scale of each term between its maps so that their largest absolute values are equal.
 // [Chen et al. 2002, Appendix]: alpha = sqrt(max_u lambda / max_v), u <- lambda u / alpha, v <- alpha v; here
 // lambda is in U already.
@@ -61,92 +49,48 @@ void orient(PlainFactors& factors) {
   }
 }
 
-// Factors of all parts of a layout's matrix.
-class Parts {
-public:
-  Parts(const LightFieldMatrix& matrix, const Observed& observed, const FactorizationOptions& options,
-        const Progress& progress)
-      : options_(options), progress_(progress), isUniform_(observed.isUniform) {
-    for (size_t part = 0; part < partsOf(options.layout); ++part) {
-      matrices_.push_back(arranged(matrix, observed, options.layout, part));
-      weights_ += weightsOf(matrices_.back());
-    }
+PlainFactors fitted(ArrangedMatrix matrix, size_t terms, const FactorizationOptions& options,
+                    const Progress& progress) {
+  const FitOptions fit{terms, options.mostIterations, options.convergence};
+  if (options.method == Method::nmf)
+    return nonnegativeFactors(std::move(matrix), fit, options.seed, progress);
+  return matrix.weights ? weightedComponents(std::move(matrix), fit, progress)
+                        : principalComponents(std::move(matrix), terms);
+}
+
+// Maps of all samples and cells; 0 where nothing was observed.
+Factors assembled(const PlainFactors& from, const LightFieldMatrix& matrix, const Observed& observed) {
+  Factors to{matrix.samples, matrix.cells, {}, {}};
+  const size_t stride = from.view.rows() / kPlanes;
+  for (size_t k = 0; k < from.terms(); ++k) {
+    FactorTerm& term = to.terms.emplace_back();
+    term.surface.assign(to.samples, 0);
+    term.view.assign(kPlanes * to.cells, 0);
+    for (size_t row = 0; row < observed.samples.size(); ++row)
+      term.surface[observed.samples[row]] = from.surface.row(row)[k];
+    for (size_t n = 0; n < observed.cells.size(); ++n)
+      for (size_t c = 0; c < kPlanes; ++c)
+        term.view[kPlanes * observed.cells[n] + c] = from.view.row(c * stride + n)[k];
   }
+  if (!from.mean.empty()) to.mean.assign(kPlanes * to.samples, 0);
+  for (size_t row = 0; row < observed.samples.size() && !to.mean.empty(); ++row)
+    std::copy_n(&from.mean[kPlanes * row], kPlanes, &to.mean[kPlanes * observed.samples[row]]);
+  return to;
+}
 
-  std::vector<PlainFactors> factorized(size_t& terms) {
-    if (options_.method == FactorMethod::pca) return components(terms);
-    size_t count = options_.tolerance > 0 ? std::min<size_t>(1, options_.terms) : options_.terms;
-    for (;; ++count) {
-      std::vector<PlainFactors> factors;
-      for (ArrangedMatrix& matrix : matrices_)
-        factors.push_back(
-            nonnegativeFactors(taken(matrix, options_.tolerance == 0), fit(count), options_.seed, progress_));
-      terms = count;
-      if (options_.tolerance == 0 || count >= options_.terms || fewestTerms(factors) <= count) return factors;
-    }
+// Factors of the observed samples and cells.
+Factors factorsOf(const LightFieldMatrix& matrix, const Observed& observed,
+                  const FactorizationOptions& options, const Progress& progress) {
+  const size_t fewest = options.method == Method::nmf ? std::min<size_t>(1, options.terms) : 0;
+  ArrangedMatrix values = arranged(matrix, observed);
+  for (size_t terms = options.tolerance > 0 ? fewest : options.terms;; ++terms) {
+    const bool isLast = terms == options.terms;
+    PlainFactors plain = fitted(isLast ? std::move(values) : values.copy(), terms, options, progress);
+    orient(plain);
+    balance(plain);
+    Factors factors = assembled(plain, matrix, observed);
+    if (isLast || errorOf(factors, terms, matrix).rms() <= options.tolerance) return factors;
   }
-
-private:
-  FitOptions fit(size_t terms) const { return {terms, options_.mostIterations, options_.convergence}; }
-  double tolerated() const { return options_.tolerance * options_.tolerance * weights_; }
-
-  // A matrix, or a copy where it is needed again.
-  ArrangedMatrix taken(ArrangedMatrix& matrix, bool isLast) {
-    return isLast ? std::move(matrix) : matrix.copy();
-  }
-
-  std::vector<PlainFactors> components(size_t& terms) {
-    std::vector<PlainFactors> factors;
-    terms = options_.terms;
-    const bool isJudgedLater = options_.tolerance > 0 && (!isUniform_ || matrices_.size() > 1);
-    for (ArrangedMatrix& each : matrices_) {
-      ArrangedMatrix matrix = taken(each, !isJudgedLater);
-      factors.push_back(isUniform_
-                            ? principalComponents(std::move(matrix), terms, isJudgedLater ? 0 : tolerated())
-                            : weightedComponents(std::move(matrix), fit(terms), progress_));
-    }
-    if (isJudgedLater) terms = std::min(terms, fewestTerms(factors));
-    return factors;
-  }
-
-  // Fewest terms within the tolerance; more than there are if there are none.
-  size_t fewestTerms(const std::vector<PlainFactors>& factors) const {
-    std::vector<double> total;
-    for (size_t part = 0; part < factors.size(); ++part) {
-      const std::vector<double> errors = squaredErrors(matrices_[part], factors[part]);
-      // A part with fewer terms keeps the error of its last.
-      const double lastTotal = total.empty() ? 0 : total.back();
-      if (total.size() < errors.size()) total.resize(errors.size(), lastTotal);
-      for (size_t k = 0; k < total.size(); ++k) total[k] += errors[std::min(k, errors.size() - 1)];
-    }
-    return static_cast<size_t>(
-        std::ranges::find_if(total, [&](double error) { return error <= tolerated(); }) - total.begin());
-  }
-
-  const FactorizationOptions& options_;
-  const Progress& progress_;
-  std::vector<ArrangedMatrix> matrices_;
-  bool isUniform_;
-  double weights_ = 0;
-};
-
-// Copies factors of one part to the maps of all samples and cells.
-void assemble(const PlainFactors& from, size_t part, const Observed& observed, Factors& to) {
-  const size_t us = surfaceChannels(to.layout), vs = viewChannels(to.layout);
-  const size_t rowsOf = rowsOfSample(to.layout), planes = to.layout == ColorLayout::scalarSurface ? 3 : 1;
-  const size_t stride = from.view.rows() / planes;
-  for (size_t i = 0; i < observed.samples.size(); ++i)
-    for (size_t r = 0; r < rowsOf; ++r) {
-      const size_t row = i * rowsOf + r, sample = observed.samples[i];
-      for (size_t k = 0; k < to.terms.size() && k < from.terms(); ++k)
-        to.terms[k].surface[us * sample + (part + r) % us] = from.surface.row(row)[k];
-      for (size_t c = 0; c < planes && !to.mean.empty(); ++c)
-        to.mean[3 * sample + part + r + c] = from.mean[row * planes + c];
-    }
-  for (size_t n = 0; n < observed.cells.size(); ++n)
-    for (size_t c = 0; c < planes; ++c)
-      for (size_t k = 0; k < to.terms.size() && k < from.terms(); ++k)
-        to.terms[k].view[vs * observed.cells[n] + (part + c) % vs] = from.view.row(c * stride + n)[k];
 }
 
 void requireNonnegative(const LightFieldMatrix& matrix) {
@@ -160,27 +104,14 @@ void requireNonnegative(const LightFieldMatrix& matrix) {
 
 Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options,
                    const Progress& progress) {
-  const Observed observed = observedOf(matrix);
-  const bool isPositive = options.method == FactorMethod::nmf;
+  const Observed observed = observedOf(matrix, options.leastWeight);
+  const bool isPositive = options.method == Method::nmf;
   if (isPositive) requireNonnegative(matrix);
-  Factors result{options.layout, matrix.samples, matrix.cells, {}, {}};
-  if (!isPositive) result.mean.assign(3 * matrix.samples, 0);
-
-  if (!observed.samples.empty()) {
-    size_t terms = 0, found = 0;
-    std::vector<PlainFactors> factors = Parts(matrix, observed, options, progress).factorized(terms);
-    for (PlainFactors& part : factors) {
-      orient(part);
-      balance(part);
-      found = std::max(found, part.terms());
-    }
-    result.terms.resize(std::min(terms, found));
-    for (FactorTerm& term : result.terms) {
-      term.surface.assign(surfaceChannels(options.layout) * matrix.samples, 0);
-      term.view.assign(viewChannels(options.layout) * matrix.cells, 0);
-    }
-    for (size_t part = 0; part < factors.size(); ++part) assemble(factors[part], part, observed, result);
-  }
+  Factors result{matrix.samples, matrix.cells, {}, {}};
+  if (!observed.samples.empty())
+    result = factorsOf(matrix, observed, options, progress);
+  else if (!isPositive)
+    result.mean.assign(kPlanes * matrix.samples, 0);
   projectUnobserved(matrix, observed, isPositive, result);
   return result;
 }

@@ -19,13 +19,11 @@
 
 namespace surflect::lfm {
 
-enum class FactorMethod { pca, nmf };
-
 struct FactorizationOptions {
-  FactorMethod method = FactorMethod::pca;
-  ColorLayout layout = ColorLayout::scalarSurface;
-  size_t terms = 3;           // at most so many
-  double tolerance = 0;       // RMS error in radiance: no more terms than it takes; 0: as many as `terms`
+  Method method = Method::pca;
+  size_t terms = 3;      // at most so many
+  double tolerance = 0;  // RMS errorOf(): no more terms than it takes; 0: as many as `terms`
+  float leastWeight = 0; // of an entry in the fit, also where nothing was observed; errors leave these out
   size_t mostIterations = 60; // of NMF, and of PCA with missing entries
   double convergence = 1e-3;  // iteration ends once the RMS error falls by less than this share in one
   uint64_t seed = 1;          // of the start of NMF

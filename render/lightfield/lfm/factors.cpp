@@ -9,14 +9,12 @@ namespace {
 
 // mean + sum_k u_k v_k of a sample in all cells and colours  [Chen et al. 2002, Eq. 5].
 void productOf(const Factors& factors, size_t terms, size_t sample, std::span<float> row) {
-  const size_t us = surfaceChannels(factors.layout), vs = viewChannels(factors.layout);
   for (size_t i = 0; i < row.size(); ++i)
     row[i] = factors.mean.empty() ? 0 : factors.mean[3 * sample + i % 3];
   for (size_t k = 0; k < std::min(terms, factors.terms.size()); ++k) {
-    const float* const u = factors.terms[k].surface.data() + us * sample;
-    const float* const v = factors.terms[k].view.data();
-    for (size_t cell = 0; cell < factors.cells; ++cell)
-      for (size_t c = 0; c < 3; ++c) row[3 * cell + c] += u[c % us] * v[vs * cell + c % vs];
+    const float u = factors.terms[k].surface[sample];
+    const std::vector<float>& v = factors.terms[k].view;
+    for (size_t i = 0; i < row.size(); ++i) row[i] += u * v[i];
   }
 }
 

@@ -5,8 +5,8 @@
 //
 //   F ~ mean + sum_k u_k v_k'   [Chen et al. 2002, Eq. 5]
 //   F    vertex light field matrix: radiance at surface samples (rows) in cells of view directions (columns)
-//   u_k  surface map: a number, or RGB, for each sample
-//   v_k  view map: RGB, or a number, for each cell
+//   u_k  surface map: a number for each sample
+//   v_k  view map: RGB for each cell
 //   M, N numbers of samples and of cells
 #pragma once
 
@@ -16,15 +16,10 @@
 
 namespace surflect::lfm {
 
-// Which maps have three channels. The matrix that is factorised follows from it.
-enum class ColorLayout {
-  scalarSurface, // surface maps have one channel, view maps have three: a matrix M x 3N
-  scalarView,    // surface maps have three, view maps one: 3M x N
-  rgb            // both have three: each colour is factorised for itself, three matrices M x N
+enum class Method {
+  pca, // principal components: maps are signed, a mean is taken out
+  nmf  // non-negative matrix factorisation: maps are positive, there is no mean
 };
-
-constexpr size_t surfaceChannels(ColorLayout layout) { return layout == ColorLayout::scalarSurface ? 1 : 3; }
-constexpr size_t viewChannels(ColorLayout layout) { return layout == ColorLayout::scalarView ? 1 : 3; }
 
 // Vertex light field matrix F. An entry is a sample in a cell, with its three colours.
 struct LightFieldMatrix {
@@ -34,12 +29,11 @@ struct LightFieldMatrix {
 };
 
 struct FactorTerm {
-  std::vector<float> surface; // u_k [samples][surfaceChannels]
-  std::vector<float> view;    // v_k [cells][viewChannels]
+  std::vector<float> surface; // u_k [samples]
+  std::vector<float> view;    // v_k [cells][3]
 };
 
 struct Factors {
-  ColorLayout layout = ColorLayout::scalarSurface;
   size_t samples = 0, cells = 0;
   std::vector<float> mean; // the mean view [samples][3]; empty if none was taken out
   std::vector<FactorTerm> terms;

@@ -20,6 +20,7 @@
 // corner).
 #pragma once
 
+#include "render/lightfield/lfm/factors.h"
 #include "render/lightfield/lfm/vertex_frame.h"
 #include "surfel/geometry/mesh.h"
 
@@ -28,11 +29,6 @@
 #include <vector>
 
 namespace surflect::lfm {
-
-enum class Method {
-  pca, // maps are signed: bytes are int8_t, value max(byte / 127, -1); the mean is taken out
-  nmf  // maps are positive: value byte / 255; there is no mean
-};
 
 enum class SurfaceLayout {
   packed, // a map has the surface maps of all three corners of a triangle, in red, green and blue
@@ -70,6 +66,7 @@ struct Term {
 struct LightFieldMaps {
   TriangleMesh mesh;               // vertices at one position are one vertex
   std::vector<VertexFrame> frames; // by vertex
+  // PCA: bytes are int8_t, value max(byte / 127, -1). NMF: value byte / 255; there is no mean.
   Method method = Method::pca;
   SurfaceLayout layout = SurfaceLayout::packed;
   int samples = 24;  // along a triangle's edge

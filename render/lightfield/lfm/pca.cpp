@@ -2,7 +2,6 @@
 
 #include "surfel/math/leading_svd.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -13,17 +12,6 @@ namespace {
 
 // Rest of a matrix after its mean that counts as rounding error, as a share of its root mean square.
 constexpr double kRounding = 1e-6;
-
-double squaresOf(const ArrangedMatrix& matrix) {
-  double squares = 0;
-  for (size_t row = 0; row < matrix.rows(); ++row) {
-    double sum = 0;
-    for (size_t i = 0; i < matrix.values.columns(); ++i)
-      sum += double{matrix.values.row(row)[i]} * double{matrix.values.row(row)[i]};
-    squares += sum;
-  }
-  return squares;
-}
 
 float weightAt(const ArrangedMatrix& matrix, size_t row, size_t cell) {
   return matrix.weights ? matrix.weights->row(row)[cell] : 1.0f;
@@ -40,9 +28,9 @@ PaddedRows<float> scaledColumns(const PaddedRows<float>& columns, const std::vec
 } // namespace
 
 std::vector<float> takeMean(ArrangedMatrix& matrix) {
-  std::vector<float> mean(matrix.rows() * matrix.planes);
+  std::vector<float> mean(matrix.rows() * kPlanes);
   for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < matrix.planes; ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       float* const values = matrix.plane(row, c);
       double sum = 0, weights = 0;
       for (size_t n = 0; n < matrix.cells; ++n) {
@@ -50,23 +38,33 @@ std::vector<float> takeMean(ArrangedMatrix& matrix) {
         sum += weight * double{values[n]};
         weights += weight;
       }
-      const float ofRow = mean[row * matrix.planes + c] = static_cast<float>(sum / weights);
+      const float ofRow = mean[row * kPlanes + c] = static_cast<float>(sum / weights);
       for (size_t n = 0; n < matrix.cells; ++n)
         if (weightAt(matrix, row, n) > 0) values[n] -= ofRow;
     }
   return mean;
 }
 
-PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double tolerated) {
-  TruncatedSvd<float> svd = leadingSvd(values, terms, tolerated);
+PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double negligible) {
+  TruncatedSvd<float> svd = leadingSvd(values, terms, negligible);
   return {scaledColumns(svd.left, svd.energies), std::move(svd.right), {}};
 }
 
-PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms, double tolerated) {
+double roundingOf(const ArrangedMatrix& matrix) {
+  double squares = 0;
+  for (size_t row = 0; row < matrix.rows(); ++row)
+    for (size_t c = 0; c < kPlanes; ++c)
+      for (size_t n = 0; n < matrix.cells; ++n)
+        squares +=
+            weightAt(matrix, row, n) * double{matrix.plane(row, c)[n]} * double{matrix.plane(row, c)[n]};
+  return kRounding * kRounding * squares;
+}
+
+PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms) {
   matrix.weights.reset();
-  const double rounding = kRounding * kRounding * squaresOf(matrix);
+  const double rounding = roundingOf(matrix);
   std::vector<float> mean = takeMean(matrix);
-  PlainFactors factors = leadingTerms(matrix.values, terms, std::max(tolerated, rounding));
+  PlainFactors factors = leadingTerms(matrix.values, terms, rounding);
   factors.mean = std::move(mean);
   return factors;
 }

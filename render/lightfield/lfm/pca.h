@@ -10,14 +10,18 @@
 namespace surflect::lfm {
 
 // Mean of each row in each plane, and the `terms` leading terms of the singular value decomposition of the
-// rest, or as few as leave at most `tolerated` of its sum of squares; fewer if what is left is rounding
-// error. Columns of V have unit length. All entries count equally: weights are ignored.
-PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms, double tolerated);
+// rest; fewer if what is left is rounding error. Columns of V have unit length. All entries count equally:
+// weights are ignored.
+PlainFactors principalComponents(ArrangedMatrix matrix, size_t terms);
 
-// Leading terms of the singular value decomposition of a matrix, without a mean: U has the lengths.
-PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double tolerated);
+// Leading terms of the singular value decomposition of a matrix, without a mean: U has the lengths. There are
+// fewer if these leave at most `negligible` of the sum of squares.
+PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double negligible);
 
-// Weighted mean of each row in each plane [rows][planes], which is subtracted from the observed values.
+// Sum of weighted squares that is rounding error once the mean of the matrix is taken out.
+double roundingOf(const ArrangedMatrix& matrix);
+
+// Weighted mean of each row in each plane [rows][kPlanes], which is subtracted from the observed values.
 std::vector<float> takeMean(ArrangedMatrix& matrix);
 
 } // namespace surflect::lfm

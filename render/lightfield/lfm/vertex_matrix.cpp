@@ -182,12 +182,6 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
   return matrixOf(field, patches, vertex);
 }
 
-std::vector<float> fitWeights(const VertexMatrix& matrix, float prior) {
-  std::vector<float> weights = matrix.weights;
-  for (float& weight : weights) weight = std::max(weight, prior);
-  return weights;
-}
-
 uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells) {
   return 3 * uint64_t{triangles} * samples * cells;
 }

@@ -39,10 +39,6 @@ VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint3
 // As above, for a single vertex.
 VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
 
-// Weights to fit factors by: those of the matrix, but at least `prior`, so that extrapolated values hold
-// factors where few rows were observed. Without it these show as black or bright blots.
-std::vector<float> fitWeights(const VertexMatrix& matrix, float prior = 0.02f);
-
 // Bytes of all matrices as the paper counts them: three for each sample of each triangle in each cell.
 // [Chen 2002, §6.1, Table 1]
 uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells);

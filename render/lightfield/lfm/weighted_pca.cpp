@@ -21,6 +21,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Share of the trace that is added to the diagonal of sums of floats, above their rounding error: it keeps
+// the equations positive definite where fewer cells were observed than there are terms.
+constexpr double kRidge = 1e-6;
+
 VectorXd vectorAt(const float* numbers, size_t terms) {
   return Eigen::Map<const Eigen::VectorXf>(numbers, static_cast<Eigen::Index>(terms)).cast<double>();
 }
@@ -47,7 +51,8 @@ PaddedRows<float> transformed(const PaddedRows<float>& columns, const MatrixXd& 
 
 class Fit {
 public:
-  Fit(ArrangedMatrix matrix, size_t terms);
+  // The mean of the matrix has been taken out.
+  Fit(ArrangedMatrix matrix, size_t terms, double negligible);
 
   size_t terms() const { return factors_.terms(); }
   double squaredError() const { return squaredError_; } // weighted; after fitRows()
@@ -56,11 +61,12 @@ public:
   void fitRows();
   // Fits V to U and the mean.
   void fitCells();
-  // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V to
-  // the mean of the rows; the product stays.
+  // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V over
+  // cells to the mean of the rows. The product stays: u (v - m)' + u m' = u v' for any m that all rows share,
+  // which a mean weighted for each row is not.
   void orthogonalise();
 
-  PlainFactors factors() &&;
+  PlainFactors factors() && { return std::move(factors_); }
 
 private:
   // Precision of the priors times the variance of an observation.
@@ -68,34 +74,29 @@ private:
     return priorOfCell() * static_cast<double>(sums_.rows()) / (lengths_[k] * static_cast<double>(numbers()));
   }
   double priorOfCell() const {
-    return kPriorShare * squaredError_ / entries_ * static_cast<double>(numbers());
+    return kPriorShare * std::max(squaredError_, negligible_) / entries_ * static_cast<double>(numbers());
   }
-  size_t numbers() const { return sums_.planes() * sums_.cells(); } // of a column of V
+  size_t numbers() const { return kPlanes * sums_.cells(); } // of a column of V
 
-  std::vector<float> firstMean_; // is taken out of the matrix
   PlainFactors factors_;
   std::vector<double> lengths_; // squared, of the columns of U
   double squaredError_ = 0, entries_ = 0;
+  double negligible_; // sum of squares that is rounding error
   WeightedSums sums_;
 };
 
-// The matrix without its mean, which is stored.
-ArrangedMatrix centred(ArrangedMatrix matrix, std::vector<float>& mean) {
-  mean = takeMean(matrix);
-  return matrix;
-}
-
-Fit::Fit(ArrangedMatrix matrix, size_t terms) : sums_(centred(std::move(matrix), firstMean_)) {
-  factors_ = leadingTerms(sums_.weightedValues(), terms, 0);
-  factors_.mean.assign(firstMean_.size(), 0);
-  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(sums_.planes());
+Fit::Fit(ArrangedMatrix matrix, size_t terms, double negligible)
+    : negligible_(negligible), sums_(std::move(matrix)) {
+  factors_ = leadingTerms(sums_.weightedValues(), terms, negligible_);
+  factors_.mean.assign(kPlanes * sums_.rows(), 0);
+  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(kPlanes);
   const MatrixXd gram = gramOf(factors_.surface);
   for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
   squaredError_ = std::max(0.0, sums_.squares() - gram.trace());
 }
 
 void Fit::fitRows() {
-  const size_t count = terms(), planes = sums_.planes();
+  const size_t count = terms();
   const PaddedRows<float> along = sums_.alongView(factors_.view);
   const PaddedRows<float> pairs = sums_.viewPairs(factors_.view, true);
   VectorXd priors(count);
@@ -111,20 +112,21 @@ void Fit::fitRows() {
     const auto sumOfView = [&](size_t c) {
       return vectorAt(pairs.row(row) + pairsOf(count) + c * count, count);
     };
-    const double* const b = sums_.rowSums().data() + row * planes;
-    for (size_t c = 0; c < planes; ++c) {
+    const double* const b = sums_.rowSums().data() + row * kPlanes;
+    for (size_t c = 0; c < kPlanes; ++c) {
       const VectorXd p = sumOfView(c);
       reduced.noalias() -= p * p.transpose() / weight;
       reducedRight -= p * (b[c] / weight);
     }
     reduced.diagonal() += priors;
+    reduced.diagonal().array() += kRidge * gram.trace();
     const VectorXd u = reduced.ldlt().solve(reducedRight);
     store(u, factors_.surface.row(row));
 
     squares += u.dot(gram * u) - 2 * u.dot(right);
-    for (size_t c = 0; c < planes; ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       const double along_c = sumOfView(c).dot(u), mean = (b[c] - along_c) / weight;
-      factors_.mean[row * planes + c] = static_cast<float>(mean);
+      factors_.mean[row * kPlanes + c] = static_cast<float>(mean);
       squares += mean * (2 * along_c - 2 * b[c] + weight * mean);
     }
   }
@@ -137,9 +139,9 @@ void Fit::fitCells() {
   const PaddedRows<float> pairs = sums_.surfacePairs(factors_.surface, factors_.mean);
   for (size_t n = 0; n < sums_.cells(); ++n) {
     MatrixXd gram = unpacked(pairs.row(n), count);
-    gram.diagonal().array() += priorOfCell();
+    gram.diagonal().array() += priorOfCell() + kRidge * gram.trace();
     const Eigen::LDLT<MatrixXd> solver(gram);
-    for (size_t c = 0; c < sums_.planes(); ++c) {
+    for (size_t c = 0; c < kPlanes; ++c) {
       const size_t place = c * sums_.stride() + n;
       const VectorXd right =
           vectorAt(along.row(place), count) - vectorAt(pairs.row(n) + pairsOf(count) + c * count, count);
@@ -149,8 +151,8 @@ void Fit::fitCells() {
 }
 
 void Fit::orthogonalise() {
-  const size_t count = terms(), planes = sums_.planes();
-  for (size_t c = 0; c < planes; ++c) {
+  const size_t count = terms();
+  for (size_t c = 0; c < kPlanes; ++c) {
     VectorXd mean = VectorXd::Zero(count);
     for (size_t n = 0; n < sums_.cells(); ++n)
       mean += vectorAt(factors_.view.row(c * sums_.stride() + n), count);
@@ -159,7 +161,7 @@ void Fit::orthogonalise() {
       for (size_t k = 0; k < count; ++k)
         factors_.view.row(c * sums_.stride() + n)[k] -= static_cast<float>(mean[k]);
     for (size_t row = 0; row < sums_.rows(); ++row)
-      factors_.mean[row * planes + c] +=
+      factors_.mean[row * kPlanes + c] +=
           static_cast<float>(vectorAt(factors_.surface.row(row), count).dot(mean));
   }
   // V = W S, where W is orthonormal; U S' = Q L R' gives U V' = (Q L) (W R)'.
@@ -174,18 +176,15 @@ void Fit::orthogonalise() {
   factors_.surface = transformed(factors_.surface, spread * turn);
   factors_.view = transformed(factors_.view, ofView.eigenvectors() * inverse.asDiagonal() * turn);
   for (size_t k = 0; k < count; ++k)
-    lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], std::numeric_limits<double>::min());
-}
-
-PlainFactors Fit::factors() && {
-  for (size_t i = 0; i < firstMean_.size(); ++i) factors_.mean[i] += firstMean_[i];
-  return std::move(factors_);
+    lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], negligible_);
 }
 
 } // namespace
 
 PlainFactors weightedComponents(ArrangedMatrix matrix, const FitOptions& options, const Progress& progress) {
-  Fit fit(std::move(matrix), options.terms);
+  const double negligible = roundingOf(matrix);
+  const std::vector<float> mean = takeMean(matrix);
+  Fit fit(std::move(matrix), options.terms, negligible);
   double before = std::numeric_limits<double>::infinity();
   for (size_t iteration = 0; fit.terms() > 0; ++iteration) {
     progress.checkpoint();
@@ -196,7 +195,9 @@ PlainFactors weightedComponents(ArrangedMatrix matrix, const FitOptions& options
     before = rms;
     fit.fitCells();
   }
-  return std::move(fit).factors();
+  PlainFactors factors = std::move(fit).factors();
+  for (size_t i = 0; i < mean.size(); ++i) factors.mean[i] += mean[i];
+  return factors;
 }
 
 } // namespace surflect::lfm

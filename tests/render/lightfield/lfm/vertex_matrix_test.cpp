@@ -288,12 +288,6 @@ TEST(VertexMatrix, AFaintViewCountsOnlyWhereFewAreClear) {
   }
 }
 
-TEST(VertexMatrix, FitWeightsRaiseNoneButTheSmallest) {
-  VertexMatrix matrix;
-  matrix.weights = {0, 0.01f, 0.5f, 1};
-  EXPECT_EQ(fitWeights(matrix, 0.125f), (std::vector<float>{0.125f, 0.125f, 0.5f, 1}));
-}
-
 TEST(VertexMatrix, SizesAreThoseOfThePaper) {
   EXPECT_EQ(resampledBytes(6531, 314, 1024), 3ull * 6531 * 314 * 1024);
   EXPECT_EQ(normalizedBytes(100, 300), 90'000u);
