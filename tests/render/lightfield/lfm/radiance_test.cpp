@@ -4,6 +4,8 @@
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/support/random.h"
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 #include <map>
