@@ -11,7 +11,7 @@ namespace surflect::lfm {
 
 namespace {
 
-constexpr size_t kSide = 4, kTexels = kSide * kSide, kChannels = 4;
+constexpr size_t kSide = 4, kTexels = kSide * kSide, kChannels = 4, kBlockBytes = 8;
 
 using Texel = std::array<uint8_t, kChannels>;
 using BlockTexels = std::array<Texel, kTexels>;
@@ -21,9 +21,6 @@ template <class Visit> void forEachBlock(size_t width, size_t height, const Visi
   for (size_t y = 0, block = 0; y < height; y += kSide)
     for (size_t x = 0; x < width; x += kSide, ++block) visit(kChannels * (y * width + x), block);
 }
-
-// (a p + b q) / (p + q), rounded to nearest.
-constexpr int mixture(int a, int p, int b, int q) { return (2 * (a * p + b * q) + p + q) / (2 * (p + q)); }
 
 uint64_t littleEndian(const uint8_t* bytes, size_t count) {
   uint64_t number = 0;
@@ -37,13 +34,13 @@ std::array<int, 3> fields(uint64_t color) {
           static_cast<int>(color & 31)};
 }
 
-// Colours of a block, rounded once: a mixture is a fraction over `whole` x the largest number of the field.
-// Blocks of DXT5 always have two mixtures  [EXT_texture_compression_s3tc].
-void decodeColors(const uint8_t* block, bool isOpaque, BlockTexels& texels) {
+// Texels of a block, rounded once: a mixture is a fraction over `whole` x the largest number of the field.
+// [EXT_texture_compression_s3tc]
+void decode(const uint8_t* block, BlockTexels& texels) {
   const uint64_t first = littleEndian(block, 2), second = littleEndian(block + 2, 2);
   const uint64_t codes = littleEndian(block + 4, 4);
   const std::array<int, 3> a = fields(first), b = fields(second);
-  const bool hasTwoMixtures = isOpaque || first > second;
+  const bool hasTwoMixtures = first > second;
   for (size_t i = 0; i < kTexels; ++i) {
     const uint64_t code = codes >> 2 * i & 3;
     // Parts of the second colour, of a whole.
@@ -55,57 +52,33 @@ void decodeColors(const uint8_t* block, bool isOpaque, BlockTexels& texels) {
       const int value = (a[c] * (whole - q) + b[c] * q) * 255; // over whole x most
       texels[i][c] = isBlack ? 0 : static_cast<uint8_t>((2 * value + whole * most) / (2 * whole * most));
     }
-    if (!isOpaque) texels[i][3] = isBlack ? 0 : 255;
-  }
-}
-
-// Alpha of a DXT5 block  [EXT_texture_compression_s3tc].
-void decodeAlpha(const uint8_t* block, BlockTexels& texels) {
-  const int a = block[0], b = block[1];
-  const uint64_t codes = littleEndian(block + 2, 6);
-  for (size_t i = 0; i < kTexels; ++i) {
-    const int code = static_cast<int>(codes >> 3 * i & 7);
-    int alpha = code == 0 ? a : b;
-    if (code > 1) {
-      if (a > b)
-        alpha = mixture(a, 8 - code, b, code - 1);
-      else
-        alpha = code == 6 ? 0 : code == 7 ? 255 : mixture(a, 6 - code, b, code - 1);
-    }
-    texels[i][3] = static_cast<uint8_t>(alpha);
+    texels[i][3] = isBlack ? 0 : 255;
   }
 }
 
 } // namespace
 
-std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height, S3tcFormat format,
-                                S3tcEffort effort) {
+std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height) {
   assert(width % kSide == 0 && height % kSide == 0 && rgba.size() == kChannels * width * height);
-  const size_t bytes = bytesOfBlock(format);
-  const int flags = (format == S3tcFormat::dxt1 ? squish::kDxt1 : squish::kDxt5) |
-                    (effort == S3tcEffort::range ? squish::kColourRangeFit : squish::kColourClusterFit);
-  std::vector<uint8_t> blocks(width * height / kTexels * bytes);
+  std::vector<uint8_t> blocks(width * height / kTexels * kBlockBytes);
   forEachBlock(width, height, [&](size_t first, size_t block) {
     BlockTexels texels;
     for (size_t y = 0; y < kSide; ++y)
       std::memcpy(texels[kSide * y].data(), rgba.data() + first + kChannels * y * width, kSide * kChannels);
-    if (format == S3tcFormat::dxt1)
-      for (Texel& texel : texels) texel[3] = 255;
-    squish::Compress(texels[0].data(), blocks.data() + block * bytes, flags);
+    for (Texel& texel : texels) texel[3] = 255;
+    squish::Compress(texels[0].data(), blocks.data() + block * kBlockBytes,
+                     squish::kDxt1 | squish::kColourClusterFit);
   });
   return blocks;
 }
 
-std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height,
-                                S3tcFormat format) {
-  const size_t bytes = bytesOfBlock(format);
-  assert(width % kSide == 0 && height % kSide == 0 && blocks.size() == width * height / kTexels * bytes);
+std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height) {
+  assert(width % kSide == 0 && height % kSide == 0 &&
+         blocks.size() == width * height / kTexels * kBlockBytes);
   std::vector<uint8_t> rgba(kChannels * width * height);
   forEachBlock(width, height, [&](size_t first, size_t block) {
     BlockTexels texels{};
-    const uint8_t* const code = blocks.data() + block * bytes;
-    decodeColors(code + bytes - 8, format == S3tcFormat::dxt5, texels);
-    if (format == S3tcFormat::dxt5) decodeAlpha(code, texels);
+    decode(blocks.data() + block * kBlockBytes, texels);
     for (size_t y = 0; y < kSide; ++y)
       std::memcpy(rgba.data() + first + kChannels * y * width, texels[kSide * y].data(), kSide * kChannels);
   });

@@ -5,6 +5,8 @@
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/support/random.h"
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 #include <random>
