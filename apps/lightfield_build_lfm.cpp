@@ -84,11 +84,11 @@ Json runLfm(const LfmArguments& arguments, const Progress& progress) {
                     100 * unseen, report.unseenVertices));
   say(fmt::format("error before compression {:.2f} % of white with no term, {:.2f} % with all",
                   100 * rms.front(), 100 * rms.back()));
-  say(fmt::format("{}: maps of {}, {:.1f} times smaller than the resampled light field and {:.1f} times "
-                  "than the photographs' files; {:.1f} s",
-                  arguments.common.output, mebibytes(maps.total()),
-                  ratio(report.resampledBytes, maps.total()), ratio(photographBytes, maps.total()),
-                  watch.seconds()));
+  say(fmt::format(
+      "{}: maps of {}, {:.0f} times smaller than the resampled light field; the photographs' files "
+      "have {}; {:.1f} s",
+      arguments.common.output, mebibytes(maps.total()), ratio(report.resampledBytes, maps.total()),
+      mebibytes(photographBytes), watch.seconds()));
   return {{"format", "lfm"},
           {"photographs", report.photographs},
           {"triangles", built.mesh.triangles.size()},

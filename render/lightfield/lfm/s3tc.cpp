@@ -11,7 +11,7 @@ namespace surflect::lfm {
 
 namespace {
 
-constexpr size_t kSide = 4, kTexels = kSide * kSide, kChannels = 4, kBlockBytes = 8;
+constexpr size_t kSide = kBlockSide, kTexels = kSide * kSide, kChannels = 4;
 
 using Texel = std::array<uint8_t, kChannels>;
 using BlockTexels = std::array<Texel, kTexels>;

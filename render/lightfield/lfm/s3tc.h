@@ -11,6 +11,9 @@
 
 namespace surflect::lfm {
 
+inline constexpr int kBlockSide = 4;     // texels
+inline constexpr size_t kBlockBytes = 8; // of DXT1
+
 // DXT1 blocks of width x height RGBA texels, row by row; both must be multiples of 4. All texels are taken as
 // opaque.
 std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height);

@@ -11,9 +11,6 @@ namespace surflect::lfm {
 
 namespace {
 
-constexpr int kBlockSide = 4;     // texels
-constexpr size_t kBlockBytes = 8; // of dxt1
-
 int wholeBlocks(int texels) { return (texels + kBlockSide - 1) / kBlockSide * kBlockSide; }
 
 size_t areaOf(const TileShape& tile) {
