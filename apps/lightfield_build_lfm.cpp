@@ -82,11 +82,12 @@ Json runLfm(const LfmArguments& arguments, const Progress& progress) {
   if (unseen > 0)
     say(fmt::format("{:.1f} % of the surface and {} vertices are seen by no photograph: filled from around",
                     100 * unseen, report.unseenVertices));
-  say(fmt::format("error before compression {:.2f} % of white with no term, {:.2f} % with all",
-                  100 * rms.front(), 100 * rms.back()));
+  say(fmt::format(
+      "error of square roots before compression: {:.2f} % of white's with no term, {:.2f} % with all",
+      100 * rms.front(), 100 * rms.back()));
   say(fmt::format(
       "{}: maps of {}, {:.0f} times smaller than the resampled light field; the photographs' files "
-      "have {}; {:.1f} s",
+      "take {}; {:.1f} s",
       arguments.common.output, mebibytes(maps.total()), ratio(report.resampledBytes, maps.total()),
       mebibytes(photographBytes), watch.seconds()));
   return {{"format", "lfm"},
@@ -140,7 +141,7 @@ void addLightFieldMaps(CLI::App& build, CommandWork& work) {
       ->check(CLI::Range(size_t{0}, lfm::kMostTerms));
   command
       ->add_option("--tolerance", options.tolerance,
-                   "no more terms than this RMS error takes, relative to white: 0.008 is 2 of 255")
+                   "no more terms than this RMS error of square roots takes, relative to that of white")
       ->check(finiteIn(1e-6, 1));
   command
       ->add_option("--method", options.method,
@@ -158,18 +159,24 @@ void addLightFieldMaps(CLI::App& build, CommandWork& work) {
                            ->add_option("--vq", arguments->codebooks.ratio,
                                         "vector quantisation: so many maps for each that is stored")
                            ->check(finiteIn(1, 1e6));
-  command
-      ->add_option(
-          "--vq-error", arguments->codebookError,
-          "vector quantisation: as many maps stored as this RMS error of their values takes; 1: the largest")
-      ->check(finiteIn(1e-6, 1))
-      ->excludes(ratio);
-  command
-      ->add_option("--vq-start", arguments->codebooks.start,
-                   "first codebook: split from one map, or merged from pairs of near maps")
-      ->option_text("split or pairs")
-      ->transform(CLI::Transformer(std::map<std::string, lfm::CodebookStart>{
-          {"split", lfm::CodebookStart::split}, {"pairs", lfm::CodebookStart::pairwiseNearestNeighbors}}));
+  CLI::Option* error =
+      command
+          ->add_option("--vq-error", arguments->codebookError,
+                       "vector quantisation: as few maps as this RMS error of values within -1..1 allows")
+          ->check(finiteIn(1e-6, 1))
+          ->excludes(ratio);
+  CLI::Option* start =
+      command
+          ->add_option("--vq-start", arguments->codebooks.start,
+                       "first codebook: split from one map, or merged from pairs of near maps")
+          ->option_text("split or pairs")
+          ->transform(CLI::Transformer(std::map<std::string, lfm::CodebookStart>{
+              {"split", lfm::CodebookStart::split},
+              {"pairs", lfm::CodebookStart::pairwiseNearestNeighbors}}));
+  command->parse_complete_callback([=] {
+    if (start->count() > 0 && ratio->count() + error->count() == 0)
+      throw CLI::RequiresError("--vq-start", "--vq or --vq-error");
+  });
   command->add_flag("--s3tc", arguments->s3tc, "store maps as S3TC (DXT1) blocks, which the GPU reads");
   setWork(*command, work, "run it again to build from the start",
           [arguments](const Progress& progress) { return runLfm(*arguments, progress); });

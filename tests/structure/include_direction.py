@@ -3,7 +3,7 @@
     include_direction.py SOURCE_ROOT
 
 Prints each include that does not, every third-party header in a header, and every source that does not include its own
-header first, by which the compiler checks that the header stands alone. Exits with 1 if there is any.
+header first. Exits with 1 if there is any.
 """
 
 import pathlib

@@ -2,9 +2,9 @@
 
     lone_headers.py SOURCE_ROOT BUILD
 
-clang compiles headers with the options of their folder's library in BUILD, after the headers that libraries have
+clang compiles headers with the options of a source of their folder in BUILD, after the headers that libraries have
 precompiled; self_contained.py sees to those. A header that another one includes before all else is proved by that one.
-Prints what the compiler says; exits with 1 if it says anything.
+Prints what the compiler says of those that fail; exits with 1 if there is any.
 """
 
 import concurrent.futures

@@ -1,10 +1,14 @@
 """The checks of named files and of headers' own includes find a fault that is planted in a clean tree, and nothing else."""
 
+import contextlib
+import io
+import json
 import pathlib
 import tempfile
 import unittest
 
 import doc_paths
+import lone_headers
 import self_contained
 
 CLEAN = {
@@ -40,6 +44,22 @@ class Planted(unittest.TestCase):
                 found = found_by(self_contained.lacking, {**CLEAN, "srf/b.h": CLEAN["srf/b.h"] + line + "\n"})
                 self.assertEqual(len(found), 1)
                 self.assertTrue(found[0].startswith("srf/b.h: lacks"), found)
+
+    def test_a_header_that_does_not_compile_alone_is_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name, text in {"surfel/a.h": "#pragma once\nstruct A {};\n",
+                               "surfel/b.h": "#pragma once\ninline A b;\n", lone_headers.COMMON: ""}.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text)
+            command = f"c++ -I{root} -std=c++20 -o surfel/CMakeFiles/a.o -c a.cpp"
+            (root / "compile_commands.json").write_text(json.dumps([{"command": command}]))
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                self.assertEqual(lone_headers.main(root, root), 1)
+                (root / "surfel/b.h").write_text('#pragma once\n#include "surfel/a.h"\ninline A b;\n')
+                self.assertEqual(lone_headers.main(root, root), 0)
+            self.assertIn("unknown type name 'A'", said.getvalue())
 
 
 if __name__ == "__main__":

@@ -95,8 +95,8 @@ void store(const Factors& factors, const Rings& rings, const RingRows& rows, uin
 // Vertices whose triangles are observed together; neighbours in the list share most of them.
 constexpr size_t kVerticesAtOnce = 64;
 
-// Weight of extrapolated values, which hold factors where few samples were observed. Without it these show as
-// black or bright blots.
+// Weight of extrapolated values, which hold factors where few samples were observed. Without it, extrapolated
+// directions show as black or bright blots.
 constexpr float kLeastWeight = 0.02f;
 
 // Means above this many times the root of white are cut off, so that few bright samples do not take all
@@ -185,7 +185,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
     tbb::parallel_for(first, first + batch.size(), [&](size_t i) {
       progress.checkpoint();
       const Stopwatch watch;
-      const VertexMatrix matrix = matrixOf(field, patches, vertices[i]);
+      const VertexMatrix matrix = matrixOf(field, patches, vertices[i], {{}, progress.cancelled});
       const RingRows rows = ringRows(rings, vertices[i], patch);
       Result& result = results[i];
       result.matrixSeconds = watch.seconds();

@@ -25,7 +25,7 @@ struct BuildOptions {
 };
 
 struct BuildReport {
-  // Of the square roots of all vertices after 0, 1, ... terms, before quantisation
+  // Errors of square roots of radiance after 0, 1, ... terms, over all vertices and before quantisation
   std::vector<FactorError> errors;
   size_t photographs = 0, vertices = 0, unseenVertices = 0;
   double white = 1;                // radiance that 99.5 % of the object's pixels do not exceed
@@ -35,7 +35,7 @@ struct BuildReport {
   std::map<std::string, double> seconds;            // by step; of matrices and factors, summed over threads
 };
 
-// RMS errors after 0, 1, ... terms, relative to the square root of white: a 255th is a step of bytes.
+// RMS errors after 0, 1, ... terms, relative to the square root of white.
 std::vector<double> relativeErrors(const BuildReport& report);
 
 // Maps of the views' mesh; matrices are made and factorised vertex by vertex. Only training views are read.

@@ -20,26 +20,26 @@ uint8_t byteOf(Method method, float value) {
   return method == Method::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
 }
 
-// Factors of the bytes of a map in what is compared: for surface maps the hat function of corner 0, by which
-// a map counts; 1 for other maps.
-std::vector<float> factorsOf(const MapShape& shape) {
-  std::vector<float> factors(shape.bytes(), 1);
-  if (shape.kind != MapShape::Kind::patch || shape.channels != 1) return factors;
+// Weights of a map's bytes when maps are compared: for surface maps the hat function of corner 0; 1 for
+// others.
+std::vector<float> byteWeightsOf(const MapShape& shape) {
+  std::vector<float> byteWeights(shape.bytes(), 1);
+  if (shape.kind != MapShape::Kind::patch || shape.channels != 1) return byteWeights;
   const PatchGrid grid(shape.size);
-  for (size_t sample = 0; sample < factors.size(); ++sample)
-    factors[sample] = static_cast<float>(grid.barycentrics(sample)[0]);
-  return factors;
+  for (size_t sample = 0; sample < byteWeights.size(); ++sample)
+    byteWeights[sample] = static_cast<float>(grid.barycentrics(sample)[0]);
+  return byteWeights;
 }
 
-// Values of a codeword without the factors; where a factor is 0, on the edge opposite to corner 0, the value
-// is that of the sample beside it.
-std::vector<float> withoutFactors(std::span<const float> codeword, std::span<const float> factors,
+// Values of a codeword, divided by the weights. On the edge opposite to corner 0 these are 0, and values are
+// those of the samples beside it.
+std::vector<float> withoutWeights(std::span<const float> codeword, std::span<const float> byteWeights,
                                   const MapShape& shape) {
   std::vector<float> values(codeword.begin(), codeword.end());
   const PatchGrid grid(shape.size);
-  const auto valueOf = [&](size_t i) { return codeword[i] / factors[i]; };
+  const auto valueOf = [&](size_t i) { return codeword[i] / byteWeights[i]; };
   for (size_t i = 0; i < values.size(); ++i)
-    values[i] = factors[i] > 0 ? valueOf(i) : valueOf(grid.besideFarEdge(i, 0));
+    values[i] = byteWeights[i] > 0 ? valueOf(i) : valueOf(grid.besideFarEdge(i, 0));
   return values;
 }
 
@@ -48,7 +48,7 @@ MapTable codebookTable(const MapTable& table, const MapShape& shape, Method meth
                        std::span<const float> weightOf, const MapCodebookOptions& options,
                        const Progress& progress) {
   assert(table.maps.coding == Coding::bytes);
-  const std::vector<float> factors = factorsOf(shape);
+  const std::vector<float> byteWeights = byteWeightsOf(shape);
   std::vector<uint32_t> users;
   std::vector<float> values, weights;
   for (uint32_t user = 0; user < table.mapOf.size(); ++user) {
@@ -57,7 +57,7 @@ MapTable codebookTable(const MapTable& table, const MapShape& shape, Method meth
     weights.push_back(weightOf[user]);
     const uint8_t* map = &table.maps.data[table.mapOf[user] * shape.bytes()];
     for (size_t i = 0; i < shape.bytes(); ++i)
-      values.push_back(factors[i] * static_cast<float>(valueOf(method, map[i])));
+      values.push_back(byteWeights[i] * static_cast<float>(valueOf(method, map[i])));
   }
   MapTable result;
   result.mapOf.assign(table.mapOf.size(), kNoMap);
@@ -70,7 +70,7 @@ MapTable codebookTable(const MapTable& table, const MapShape& shape, Method meth
   const Codebook codebook = codebookOf({shape.bytes(), values, weights}, bounds, progress);
   result.maps.count = codebook.size();
   for (size_t codeword = 0; codeword < codebook.size(); ++codeword)
-    for (const float value : withoutFactors(codebook.codeword(codeword), factors, shape))
+    for (const float value : withoutWeights(codebook.codeword(codeword), byteWeights, shape))
       result.maps.data.push_back(byteOf(method, value));
   for (size_t i = 0; i < users.size(); ++i) result.mapOf[users[i]] = codebook.indices[i];
   return result;

@@ -84,8 +84,9 @@ Factors factorsOf(const LightFieldMatrix& matrix, const Observed& observed,
   const size_t fewest = options.method == Method::nmf ? std::min<size_t>(1, options.terms) : 0;
   ArrangedMatrix values = arranged(matrix, observed);
   for (size_t terms = options.tolerance > 0 ? fewest : options.terms;; ++terms) {
-    const bool isLast = terms == options.terms;
-    PlainFactors plain = fitted(isLast ? std::move(values) : values.copy(), terms, options, progress);
+    const bool isLargest = terms == options.terms;
+    PlainFactors plain = fitted(isLargest ? std::move(values) : values.copy(), terms, options, progress);
+    const bool isLast = isLargest || plain.terms() < terms; // there are no more
     orient(plain);
     balance(plain);
     Factors factors = assembled(plain, matrix, observed);

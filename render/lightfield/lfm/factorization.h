@@ -21,9 +21,9 @@ namespace surflect::lfm {
 
 struct FactorizationOptions {
   Method method = Method::pca;
-  size_t terms = 3;      // at most so many
-  double tolerance = 0;  // RMS errorOf(): no more terms than it takes; 0: as many as `terms`
-  float leastWeight = 0; // of an entry in the fit, also where nothing was observed; errors leave these out
+  size_t terms = 3;           // at most so many
+  double tolerance = 0;       // RMS errorOf(): no more terms than it takes; 0: as many as `terms`
+  float leastWeight = 0;      // of every finite entry in the fit; errorOf() leaves out entries of weight 0
   size_t mostIterations = 60; // of NMF, and of PCA with missing entries
   double convergence = 1e-3;  // iteration ends once the RMS error falls by less than this share in one
   uint64_t seed = 1;          // of the start of NMF
@@ -31,7 +31,7 @@ struct FactorizationOptions {
 
 // Factors of a matrix. There are fewer terms than asked for if the matrix has no more (a constant matrix has
 // none after its mean), up to rounding error. View maps and surface maps of a term have the same largest
-// absolute value, which makes the larger error of their quantisation least [Chen et al. 2002, Appendix].
+// absolute value [Chen et al. 2002, Appendix].
 //
 // Entries with a colour that is not finite are not observed. Rows and columns without an observed entry are
 // projected: their factors fit the values given there, not finite ones as 0.

@@ -46,8 +46,8 @@ inline uint8_t meanByte(double root, double white) {
 LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
                          int viewSize, size_t terms);
 
-// Packed maps of coding `bytes` without those that count nowhere: maps of vertices with a scale of 0, and
-// last terms without any others. The radiance stays.
+// Removes maps of vertices whose scale is 0, and last terms whose scales are all 0; radiance does not change.
+// Maps are packed and of coding `bytes`.
 LightFieldMaps withoutZeros(LightFieldMaps maps);
 
 // Table of the scalar layout for one that is packed: each corner has a map of its own, turned so that the

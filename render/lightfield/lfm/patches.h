@@ -50,7 +50,7 @@ public:
   void observe(std::span<const uint32_t> vertices, const Progress& progress = {});
   // A triangle around a vertex that was observed.
   const Patch& at(uint32_t triangle) const { return held_.at(triangle); }
-  // Vertices whose triangles are no longer asked for on their account; each vertex once.
+  // Drops triangles whose three vertices have all been released; each vertex is released once.
   void release(std::span<const uint32_t> vertices);
   size_t held() const { return held_.size(); }
 

@@ -1,5 +1,5 @@
 // Maps hold square roots of radiance: their bytes then resolve dark places as well as bright ones, and
-// factors fit both. Those of the paper do so too, since its photographs are gamma-encoded.
+// factors fit // both. In the paper the gamma curve of the photographs does this.
 #pragma once
 
 #include <algorithm>

@@ -145,7 +145,8 @@ void fillUnseen(VertexMatrix& matrix, std::vector<uint8_t> isSeen,
 
 } // namespace
 
-VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex) {
+VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex,
+                      const Progress& progress) {
   const std::span<const RingTriangle> around = field.rings.around(vertex);
   assert(!around.empty());
   const RingRows rows = ringRows(field.rings, vertex, field.patch);
@@ -159,6 +160,7 @@ VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint3
   for (size_t cell = 0; cell < matrix.cells; ++cell) isInDisc[cell] = field.views.isInDisc(cell);
   RowBlends blends(field.rings.frame(vertex), field.views);
   for (size_t row = 0; row < matrix.rows; ++row) {
+    progress.checkpoint();
     Observations observations;
     for (const auto& [r, sample] : rows.of(row))
       observations = merged(observations, patches.at(around[r].triangle).samples[sample]);

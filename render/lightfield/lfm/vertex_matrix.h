@@ -1,10 +1,11 @@
-// Vertex light field matrices: the radiance around a vertex, resampled to a grid of surface points and a grid
-// of viewing directions, times the hat function of the vertex.
+// Vertex light field matrices: square roots of the radiance around a vertex, resampled to a grid of surface
+// points and a grid of viewing directions, times the hat function of the vertex.
 //
 // [Chen 2002, §2.1, §2.2, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once
 
 #include "render/lightfield/lfm/patches.h"
+#include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -34,9 +35,10 @@ struct VertexMatrix {
 };
 
 // Matrix of a vertex that has triangles, which `patches` holds; its rows are those of ringRows(). Memory: 16
-// bytes for each row and cell. May be called from several threads.
-VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex);
-// As above, for a single vertex.
+// bytes for each row and cell. May be called from several threads. Throws Cancelled.
+VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint32_t vertex,
+                      const Progress& progress = {});
+// Matrix of a single vertex, with patches of its own.
 VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
 
 // Bytes of all matrices as the paper counts them: three for each sample of each triangle in each cell.

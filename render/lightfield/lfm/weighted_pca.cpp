@@ -62,8 +62,8 @@ public:
   // Fits V to U and the mean.
   void fitCells();
   // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V over
-  // cells to the mean of the rows. The product stays: u (v - m)' + u m' = u v' for any m that all rows share,
-  // which a mean weighted for each row is not.
+  // cells to the mean of the rows. The product stays, u (v - m)' + u m' = u v', since all rows share m: it is
+  // the unweighted mean.
   void orthogonalise();
 
   PlainFactors factors() && { return std::move(factors_); }

@@ -106,6 +106,14 @@ TEST(LfmBuild, IsContinuousAcrossEdgesForEveryNumberOfTerms) {
   EXPECT_EQ(terms, 4u);
 }
 
+TEST(LfmBuild, AToleranceTakesTheTermsThatItNeedsAndNoBytesForOthers) {
+  const Built all(glossy, {.terms = 3, .samples = 5, .viewSize = 8});
+  const Built few(glossy, {.terms = 16, .tolerance = 0.01, .samples = 5, .viewSize = 8});
+  EXPECT_LE(relativeErrors(few.report).back(), 0.01);
+  EXPECT_LT(few.report.meanTerms, 3);
+  EXPECT_LT(bytesOf(few.maps).total(), bytesOf(all.maps).total());
+}
+
 // The middle of a cube's face is a sample.
 TEST(LfmBuild, OneBrightSampleLeavesTheOthersTheirCodes) {
   const auto spotted = [](const Vec3<double>& p, const Vec3<double>&) {

@@ -57,6 +57,16 @@ TEST(CodebookMaps, FewerCodewordsTakeFewerBytesAndErrMore) {
   }
 }
 
+TEST(CodebookMaps, ALargerErrorTakesFewerBytes) {
+  const LightFieldMaps maps = syntheticMaps(bumpySphere(6, 8));
+  size_t lastBytes = bytesOf(withCodebooks(maps, {.ratio = 1})).total() + 1;
+  for (const double error : {0.1, 0.3, 0.6}) {
+    const LightFieldMaps found = withCodebooks(maps, {.ratio = 0, .distortion = error * error});
+    EXPECT_LT(bytesOf(found).total(), lastBytes) << error;
+    lastBytes = bytesOf(found).total();
+  }
+}
+
 TEST(CodebookMaps, ABoundIsNeeded) {
   const LightFieldMaps maps = syntheticMaps(squarePatch(1));
   EXPECT_EQ(image::errorOf([&] { withCodebooks(maps, {.ratio = 0}); }),

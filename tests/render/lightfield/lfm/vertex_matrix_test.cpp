@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -286,6 +287,27 @@ TEST(VertexMatrix, AFaintViewCountsOnlyWhereFewAreClear) {
       highest = std::max(highest, radianceIn(matrix, rows, 0, cell, 0));
     EXPECT_NEAR(highest, clear < 3 ? 5 : 1, 1e-5);
   }
+}
+
+TEST(Patches, AreObservedOnceAndDroppedWhenAllCornersAreReleased) {
+  Scene scene{slf::testing::squarePatch(2), camerasAbove(3, 9),
+              [](const Vec3<double>&, const Vec3<double>&) { return Vec3<double>(1, 1, 1); }};
+  std::atomic<size_t> observed = 0;
+  scene.field.observe = [&](uint32_t triangle, const Point& p) {
+    ++observed;
+    return scene.observe(triangle, p);
+  };
+  Patches patches(scene.field);
+  const size_t triangles = scene.mesh.triangles.size();
+  for (const uint32_t& vertex : scene.rings.vertices()) patches.observe({&vertex, 1});
+  EXPECT_EQ(patches.held(), triangles);
+  EXPECT_EQ(observed, triangles * scene.field.patch.samples());
+  for (const uint32_t& vertex : scene.rings.vertices()) {
+    const size_t before = patches.held();
+    patches.release({&vertex, 1});
+    EXPECT_LE(patches.held(), before);
+  }
+  EXPECT_EQ(patches.held(), 0u);
 }
 
 TEST(VertexMatrix, SizesAreThoseOfThePaper) {
