@@ -70,8 +70,17 @@ public:
       for (size_t k = 0; k < 3; ++k) edges.push_back({corners[k], corners[(k + 1) % 3]});
       return true;
     });
-    for (const auto& [from, to] : edges) {
-      if (std::ranges::find(edges, std::array{to, from}) != edges.end()) continue;
+    // An edge between two of them comes once in each direction: it is inside the fan.
+    std::ranges::sort(edges, {}, [](const auto& edge) { return std::minmax(edge[0], edge[1]); });
+    const auto isTurned = [](const auto& edge, const auto& next) {
+      return edge[0] == next[1] && edge[1] == next[0];
+    };
+    for (size_t i = 0; i < edges.size(); ++i) {
+      if (i + 1 < edges.size() && isTurned(edges[i], edges[i + 1])) {
+        ++i;
+        continue;
+      }
+      const auto [from, to] = edges[i];
       if (from == kFar)
         add({to, site, kFar});
       else if (to == kFar)
