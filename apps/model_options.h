@@ -37,7 +37,20 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
                   "scale blended lights by their cosines to the surface; default: the model's")
       ->option_text("on or off")
       ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
-  command.add_option("--pairs", options.pairs, "camera-light pairs blended, where not all were captured")
+  command
+      .add_option(
+          "--interpolation", options.interpolation,
+          "how photographs are weighted: by cameras and lights apart (paper: as published), or by pairs of "
+          "them; default: separate")
+      ->option_text("paper, separate, pairs or kriging")
+      ->transform(CLI::Transformer(
+          std::map<std::string, ulr::Interpolation>{{"paper", ulr::Interpolation::paper},
+                                                    {"separate", ulr::Interpolation::separate},
+                                                    {"pairs", ulr::Interpolation::pairs},
+                                                    {"kriging", ulr::Interpolation::kriging}}));
+  command
+      .add_option("--pairs", options.pairs,
+                  "camera-light pairs blended under pairs or kriging, and where not all were captured")
       ->capture_default_str()
       ->check(blended);
   command.add_option("--low-pass", options.lowPass, "least standard deviation of a splat, pixels")

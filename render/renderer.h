@@ -8,6 +8,7 @@
 #include "render/knobs/knob.h"
 #include "render/scene/scene.h"
 #include "srf/capture/capture.h"
+#include "srf/ulr/interpolation.h"
 #include "srf/ulr/light_blend.h"
 #include "surfel/base/progress.h"
 
@@ -23,6 +24,7 @@ namespace surflect::render {
 
 // A renderer ignores options that its method does not have.
 struct RendererOptions {
+  ulr::Interpolation interpolation = ulr::Interpolation::separate;
   size_t cameras = 3; // blended per place, 1..kMaxBlended
   size_t pairs = 4;   // camera-light pairs blended instead, where not all were captured
   // Override the light blend that the model states (LightBlend).

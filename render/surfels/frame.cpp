@@ -1,6 +1,7 @@
 #include "render/surfels/frame.h"
 
 #include "render/surfels/aovs.h"
+#include "render/surfels/cast_shadows.h"
 #include "render/surfels/queries.h"
 #include "surfel/base/processor_time.h"
 #include "warp/deform.h"
@@ -113,8 +114,8 @@ Patches patchesIn(const Cut& cut, const Patches& whole) {
 
 FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, raster, levels, cut, patches, surfelsPerPatch, memory, stats] =
-      workspace;
+  auto& [cache, environments, deformed, raster, occluders, levels, cut, patches, surfelsPerPatch, memory,
+         stats] = workspace;
   std::vector<const PreparedEnvironment*> prepared;
   for (const scene::ShotLight& light : scene.lights)
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
@@ -135,6 +136,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.lights = scene.lights.size() - prepared.size();
   for (const PreparedEnvironment* environment : prepared)
     (environment->table ? stats.tabulatedLights : stats.lights) += environment->lights.size();
+  if (field.isFullProduct && options.shade.weighsPairs())
+    stats.pairLights = scene.lights.size() - prepared.size();
   StageClock clock(stats);
   if (options.surfelSize > 0)
     cut =
@@ -144,6 +147,14 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.surfels = cloud.size();
   deformed = warp::deform(cloud, scene.warp, progress, std::move(deformed));
   clock.finish("warp");
+
+  std::optional<CastShadows> shadows;
+  if (stats.pairLights > 0 && field.lightVisibility && field.levels) {
+    if (!occluders) occluders = occludersOf(field.cloud, *field.levels);
+    shadows.emplace(*occluders, field.cloud, scene, progress);
+    stats.occluders = occluders->surfels.size();
+    clock.finish("shadows");
+  }
 
   raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), options.splats, progress,
                             std::move(raster));
@@ -162,6 +173,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
     writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
                  progress, batch);
+    batch.reached.clear();
+    if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
     if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
@@ -172,11 +185,11 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   shading.placesPerQuery = options.surfelsPerPatch;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  const shading::Shaded shaded =
-      shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
-                     [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  shading::Shaded shaded = shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
+                                          [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
 
+  if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
   layers.color = develop(raster, shaded, std::move(layers.color));
   clock.finish("develop");

@@ -10,6 +10,7 @@
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
+#include "surfel/occluders.h"
 #include "surfel/patches.h"
 
 #include <map>
@@ -40,10 +41,12 @@ struct FrameStats {
   // Lights per query: those of the scene, and those that stand for its environments. Lights of an environment
   // with a light table, which cost less, count as tabulated.
   size_t lights = 0, tabulatedLights = 0;
+  size_t pairLights = 0; // directional and point lights whose photographs are weighted by pairs
+  size_t occluders = 0;  // discs that cast shadows
   size_t environments = 0;
   shading::ShadingStats shading;
-  // Stages: "warp", "splat", "queries", "ulr" (of cameras and lights), "look-up", "develop", and "aov" if
-  // AOVs are requested.
+  // Stages: "warp", "shadows" if they are used, "splat", "queries", "ulr" (of cameras and lights), "look-up",
+  // "develop", and "aov" if AOVs are requested.
   std::map<std::string, double> seconds;          // per stage
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
@@ -70,7 +73,8 @@ struct FrameWorkspace {
   EnvironmentCache environments;
   DeformedCloud deformed;
   splat::SplatRaster raster;
-  std::optional<CutLevels> levels; // built by the first frame that needs them
+  std::optional<Occluders> occluders; // found by the first frame that needs them
+  std::optional<CutLevels> levels;    // built by the first frame that needs them
   Cut cut;
   Patches patches;            // of at most surfelsPerPatch surfels
   size_t surfelsPerPatch = 1; // no patches are needed for 1

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 namespace surflect::surfels {
 
@@ -49,20 +50,29 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
                        std::optional<double> preview, auto apply) {
     knobs.push_back({{name, meaning, std::move(values)}, preview, apply});
   };
-  const bool isLit = !field.rig.lights.empty();
-  if (field.hasSeparateWeights())
+  const bool isLit = !field.rig.lights.empty(), isProduct = field.isFullProduct || !isLit;
+  if (isLit && full.shade.interpolation == shading::Interpolation::kriging)
+    add("interpolation",
+        "weights of photographs. 2: kriging of camera-light pairs; 1: pairs by ULR; 0: cameras and lights "
+        "apart",
+        {2, 1, 0}, {}, [](double value, FrameOptions& options) {
+          constexpr std::array kinds{shading::Interpolation::separate, shading::Interpolation::pairs,
+                                     shading::Interpolation::kriging};
+          options.shade.interpolation = value == 0 ? kinds[0] : kinds[countOf(value, 2)];
+        });
+  if (isProduct)
     add("cameras", "cameras blended per surfel", downToOne(full.shade.cameras), {},
         [most = static_cast<double>(full.shade.cameras)](double value, FrameOptions& options) {
           options.shade.cameras = countOf(value, most);
         });
-  if (field.hasSeparateWeights() && isLit) {
+  if (isProduct && isLit) {
     const size_t lights = shading::lightBlend(field, full.shade).lights;
     add("lights", "captured lights blended per light of the script", downToOne(lights), {},
         [most = static_cast<double>(lights)](double value, FrameOptions& options) {
           options.shade.lights = countOf(value, most);
         });
   }
-  if (!field.hasSeparateWeights())
+  if (!shading::hasSeparateWeights(field, full.shade))
     add("pairs", "camera-light pairs blended per surfel and light of the script", downToOne(full.shade.pairs),
         {}, [most = static_cast<double>(full.shade.pairs)](double value, FrameOptions& options) {
           options.shade.pairs = countOf(value, most);

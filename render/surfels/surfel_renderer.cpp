@@ -20,6 +20,8 @@ std::string identityOf(const model::Model& model, const FrameOptions& options) {
                   options.shade.cameras, blend.lights, nameOf(blend.fit),
                   blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
                   bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
+  if (options.shade.interpolation != ulr::Interpolation::separate)
+    identity += fmt::format(" {}", nameOf(options.shade.interpolation));
   if (options.shade.weightError > 0) identity += fmt::format(" weight-error {}", options.shade.weightError);
   if (options.environmentError > 0)
     identity += fmt::format(" environment-error {}", options.environmentError);
@@ -62,6 +64,7 @@ render::FrameReport reportOf(const FrameStats& stats, const FrameOptions& option
 FrameOptions frameOptions(const render::RendererOptions& options) {
   FrameOptions frame;
   frame.shade.cameras = options.cameras;
+  frame.shade.interpolation = options.interpolation;
   frame.shade.pairs = options.pairs;
   frame.shade.lights = options.lights;
   frame.shade.lightFit = options.lightFit;

@@ -96,12 +96,16 @@ private:
   bool isPlain_ = false;
 };
 
-// Origin of a camera's rays: a point, or a direction for an orthographic camera.
+// Where rays meet: a point, or a direction for an orthographic camera and a distant light.
 template <class World> class Viewpoint {
 public:
   explicit Viewpoint(const Camera<World>& camera)
       : isDistant_(camera.lens.model == Lens::Model::orthographic), center_(camera.center()),
         backwards_(camera.cameraFromWorld.inverse()(Direction3<CameraSpace, double>(0, 0, 1))) {}
+  // A position, or for a distant viewpoint the unit direction towards it.
+  Viewpoint(const Vec3<double>& place, bool isDistant)
+      : isDistant_(isDistant), center_(assume<Point3<World, double>>(place)),
+        backwards_(assume<Direction3<World, double>>(place)) {}
 
   // Unit direction from a point towards the viewer.
   Direction3<World, double> towards(const Point3<World, double>& p) const {

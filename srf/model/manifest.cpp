@@ -36,6 +36,7 @@ Json jsonOf(const Manifest& manifest) {
                  {"fades.bin", manifest.visibility}}},
                {"view_checksums", manifest.viewChecksums}};
   if (!manifest.levels.empty()) json["checksums"]["levels.bin"] = manifest.levels;
+  if (!manifest.shadows.empty()) json["checksums"]["shadows.bin"] = manifest.shadows;
   return json;
 }
 
@@ -122,6 +123,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.cloud = textOf(checksums, "surfels.ply");
     manifest.visibility = textOf(checksums, "fades.bin");
     if (!member(checksums, "levels.bin").is_null()) manifest.levels = textOf(checksums, "levels.bin");
+    if (!member(checksums, "shadows.bin").is_null()) manifest.shadows = textOf(checksums, "shadows.bin");
     const Json& views = member(json, "view_checksums");
     if (!views.is_array()) throw mismatch("a list", views).at("view_checksums");
     for (const Json& view : views) {

@@ -28,8 +28,8 @@ struct Manifest {
   double tolerance = 0; // error tolerance of every block; see blockErrorBound
   ulr::LightBlend lightBlend;
   size_t surfels = 0, views = 0, lights = 0;
-  std::string rig, cloud, visibility;     // checksums of transforms.json, surfels.ply and fades.bin
-  std::string levels;                     // checksum of levels.bin; empty if the model has no such file
+  std::string rig, cloud, visibility;    // checksums of transforms.json, surfels.ply and fades.bin
+  std::string levels = {}, shadows = {}; // checksums of levels.bin and shadows.bin; empty without such a file
   std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
 };
 

@@ -5,6 +5,7 @@
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/visibility_file.h"
+#include "srf/ulr/light_visibility.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -29,6 +30,7 @@ namespace {
 constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kLevelFile = "levels.bin";
+constexpr const char* kShadowFile = "shadows.bin";
 constexpr const char* kRigFile = "transforms.json";
 
 void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
@@ -190,9 +192,11 @@ enum Check : size_t {
   rig,
   cloud,
   levelFile,
+  shadowFile,
   fades,
   levels,
   counts,
+  shadows,
   views,
   kChecks
 };
@@ -261,6 +265,16 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
       checks.pass(levels,
                   [&] { model.levels = parseLevels(content, folder / kLevelFile, model.cloud, progress); });
   };
+  const auto openShadows = [&] {
+    std::string content;
+    if (checks.pass(shadowFile, [&] {
+          content = checkedFile(folder / kShadowFile, kLargestFile, manifest.shadows, progress);
+        }))
+      checks.pass(shadows, [&] {
+        model.lightVisibility =
+            parseFades(content, folder / kShadowFile, manifest.surfels, manifest.lights, progress);
+      });
+  };
   const auto openCloud = [&] {
     std::string content;
     if (checks.pass(
@@ -292,7 +306,10 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
       checks.pass(views, [&] { model.files = openViews(model, manifest.viewChecksums, progress); });
   };
   tbb::parallel_invoke(
-      openRig, [&] { openFades(manifest.surfels, manifest.views); }, openCloud);
+      openRig, [&] { openFades(manifest.surfels, manifest.views); }, openCloud,
+      [&] {
+        if (!manifest.shadows.empty()) openShadows();
+      });
   progress.checkpoint();
   if (checks.passed(rigFile) && checks.passed(rig) && checks.passed(cloudFile) && checks.passed(cloud)) {
     const size_t surfels = model.cloud.size(), views = model.rig.views.size();
@@ -312,7 +329,16 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
   writeCloud(folder / kSurfelFile, content.cloud);
   progress.checkpoint();
   writeFileAtomically(folder / kFadeFile, packVisibility(content.visibility, progress));
-  writeFileAtomically(folder / kLevelFile, packLevels(levelsOfDetail(content.cloud, progress)));
+  const LevelsOfDetail levels = levelsOfDetail(content.cloud, progress);
+  writeFileAtomically(folder / kLevelFile, packLevels(levels));
+  std::string shadows;
+  if (!content.rig.lights.empty()) {
+    writeFileAtomically(folder / kShadowFile,
+                        packVisibility(ulr::lightVisibility(content.cloud, occludersOf(content.cloud, levels),
+                                                            content.rig.lights, progress),
+                                       progress));
+    shadows = hex(contentHash(readFile(folder / kShadowFile, kLargestFile, progress)));
+  }
   Manifest manifest{.white = content.white,
                     .tolerance = content.tolerance,
                     .lightBlend = content.lightBlend,
@@ -323,6 +349,7 @@ void writeModel(const std::filesystem::path& folder, const ModelContent& content
                     .cloud = hex(contentHash(readFile(folder / kSurfelFile, kLargestFile, progress))),
                     .visibility = hex(contentHash(readFile(folder / kFadeFile, kLargestFile, progress))),
                     .levels = hex(contentHash(readFile(folder / kLevelFile, kLargestFile, progress))),
+                    .shadows = shadows,
                     .viewChecksums = {}};
   for (size_t view = 0; view < content.rig.views.size(); ++view)
     manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));

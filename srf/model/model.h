@@ -1,5 +1,6 @@
 // A packed surface reflectance field in a folder: manifest.json (version, white level, light blend,
-// checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin and views/*.srfb.
+// checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin, shadows.bin
+// and views/*.srfb.
 //
 // The rig has the form of a capture whose pictures are the view files: the frames of a view, in order, are
 // the columns of its file. Specified in docs/format.md.

@@ -16,20 +16,14 @@ std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const c
   return all;
 }
 
-std::vector<ulr::Source> sourcesOf(std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints) {
-  std::vector<ulr::Source> sources;
-  for (const auto& viewpoint : viewpoints) sources.push_back({viewpoint.place(), viewpoint.isDistant()});
-  return sources;
-}
-
 } // namespace
 
 CameraWeights::CameraWeights(const ReflectanceField& field, const QueryBatch& batch,
                              const ShadeOptions& options)
     : field_(field), batch_(batch), count_(options.nearest ? 1 : options.cameras), nearest_(options.nearest),
       weightError_(options.weightError), viewpoints_(viewpointsOf(field.rig.views)),
-      angles_(sourcesOf(viewpoints_)),
-      nearestViews_(sourcesOf(viewpoints_), field.visibility, options.weightError),
+      angles_(ulr::sourcesOf(viewpoints_)),
+      nearestViews_(ulr::sourcesOf(viewpoints_), field.visibility, options.weightError),
       penalty_(viewpoints_.size()), angle_(penalty_), fallbackScale_(penalty_) {}
 
 void CameraWeights::prepare(size_t begin, size_t count) {
@@ -97,13 +91,13 @@ ulr::BlendSet CameraWeights::truncatedWeights(const ulr::NearestCandidates& near
   return weights;
 }
 
-CameraWeights::Blend CameraWeights::blend(size_t number) {
+CameraWeights::Nearest CameraWeights::nearestOf(size_t number) {
   const Query query = queryAt(number);
   const float seeing = computeSeenPenalties(query);
   ulr::NearestCandidates nearest(count_);
   if (!needsFallbacks(seeing)) {
     for (uint32_t view = 0; view < penalty_.size(); ++view) nearest.offer({view, penalty_[view]});
-    return {truncatedWeights(nearest), {seeing, true}};
+    return {nearest, {seeing, true}};
   }
   const auto normal = assume<Normal3<AcquisitionSpace>>(query.normal);
   angles_.compute(field_.cloud.p0[batch_.surfels[number]], query.towardsView, normal);
@@ -119,7 +113,7 @@ CameraWeights::Blend CameraWeights::blend(size_t number) {
     nearest.offer({view, penalty});
   }
   const float least = nearest.sorted().empty() ? kInfinity : nearest.sorted()[0].penalty;
-  return {truncatedWeights(nearest), {least, seeing < kInfinity}};
+  return {nearest, {least, seeing < kInfinity}};
 }
 
 } // namespace surflect::shading

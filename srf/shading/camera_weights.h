@@ -47,12 +47,26 @@ public:
     return best;
   }
 
+  // The views of least penalty for the lane-th prepared query, one more than are blended.
+  struct Nearest {
+    ulr::NearestCandidates views;
+    BestView best;
+  };
+  Nearest nearest(size_t lane) {
+    if (!nearest_ && blends_->isPrecise(lane) && blends_->penalty(lane) <= ulr::kFallbackFrom)
+      return {blends_->candidates(lane), {blends_->penalty(lane), true}};
+    return nearestOf(begin_ + lane);
+  }
+
   // Weights of one query, computed by a loop over all views.
   struct Blend {
     ulr::BlendSet weights;
     BestView best;
   };
-  Blend blend(size_t query);
+  Blend blend(size_t query) {
+    const auto [views, best] = nearestOf(query);
+    return {truncatedWeights(views), best};
+  }
 
   // Computes the penalties of all views for one query, as penalty() requires.
   BestView computePenalties(size_t query);
@@ -62,6 +76,11 @@ public:
     const float own = penalty_[view] + ofLight;
     if (fallbackScale_[view] == std::numeric_limits<float>::infinity()) return own;
     return std::min(own, ulr::fallbackPenalty(angle_[view] + ofLight, fallbackScale_[view]));
+  }
+
+  // Unit direction from the query's surfel to a view.
+  Direction3<AcquisitionSpace> towards(size_t view, size_t query) const {
+    return viewpoints_[view].towards(field_.cloud.p0[batch_.surfels[query]].cast<double>()).cast<float>();
   }
 
 private:
@@ -76,6 +95,7 @@ private:
     // 1 - cos theta_i; scale of the penalty, infinite if the surfel projects outside the image.
     float angle, scale;
   };
+  Nearest nearestOf(size_t query); // by a loop over all views
   Query queryAt(size_t query) const;
   Fallback fallbackOf(size_t view, const Query& query) const;
   float computeSeenPenalties(const Query& query);

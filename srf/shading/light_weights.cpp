@@ -2,6 +2,7 @@
 
 #include "srf/shading/blend_colors.h"
 #include "srf/ulr/foreshortening.h"
+#include "srf/ulr/light_visibility.h"
 
 #include <algorithm>
 #include <bit>
@@ -30,15 +31,6 @@ bool isUniform(const capture::Light& light) {
   return directional && directional->isEven();
 }
 
-std::vector<ulr::Source> sourcesOf(std::span<const capture::Light> lights) {
-  std::vector<ulr::Source> sources;
-  for (const capture::Light& light : lights) {
-    const auto* point = std::get_if<capture::PointLight>(&light.kind);
-    sources.push_back({point ? point->position.raw() : capture::towardsLight(light, {}).raw(), !point});
-  }
-  return sources;
-}
-
 std::array<double, 3> strengthOf(const capture::Light& light) {
   const auto* directional = std::get_if<capture::DirectionalLight>(&light.kind);
   const Rgb strength =
@@ -62,8 +54,15 @@ std::vector<float> environmentBrightness(const QueryBatch& batch) {
 
 ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options) {
   if (options.nearest) return {1, ulr::LightFit::mean};
+  if (options.interpolation == Interpolation::paper)
+    return {options.lights.value_or(3), options.lightFit.value_or(ulr::LightFit::mean),
+            options.foreshortened.value_or(false), options.weightError};
   return {options.lights.value_or(field.lightBlend.lights), options.lightFit.value_or(field.lightBlend.fit),
           options.foreshortened.value_or(field.lightBlend.foreshortened), options.weightError};
+}
+
+bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options) {
+  return field.rig.lights.empty() || (field.isFullProduct && !options.weighsPairs());
 }
 
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field) {
@@ -133,19 +132,19 @@ void LightWeights::Sums::moveTo(LightRows& rows) {
 }
 
 LightWeights::LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
-                           const QueryBatch& batch, const ShadeOptions& options)
+                           const QueryBatch& batch, const ShadeOptions& options, LightSources sources)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
-      lightBlend_(lightBlend(field, options)),
+      lightCount_(sources == LightSources::all ? batch.lights : 0), lightBlend_(lightBlend(field, options)),
       hasShortRows_(batch.environments.empty() &&
-                    2 * batch.lights * lightBlend_.lights <= field.rig.lights.size()),
+                    2 * lightCount_ * lightBlend_.lights <= field.rig.lights.size()),
       showsColors_(options.showsBlends), lights_(field.rig.lights),
-      ulr_(sourcesOf(field.rig.lights), lightBlend_.weightError), environmentUlr_(ulr_),
-      ulrOfLight_(batch.lights),
+      ulr_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights)), lightBlend_.weightError),
+      environmentUlr_(ulr_), ulrOfLight_(lightCount_),
       canBeGrouped_(hasShortRows_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
       environmentBrightness_(environmentBrightness(batch)), share_(field.rig.lights.size()),
       cosine_(field.rig.lights.size()) {
-  for (size_t l = 0; l < batch.lights; ++l) canBeGrouped_ &= isPlainUlr(batch.extrapolationOf(l));
+  for (size_t l = 0; l < lightCount_; ++l) canBeGrouped_ &= isPlainUlr(batch.extrapolationOf(l));
   for (const QueryEnvironment& environment : batch.environments)
     environments_.emplace_back(environment.table ? environment.lights
                                                  : std::span<const ulr::EnvironmentLight>());
@@ -158,7 +157,7 @@ void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
   for (size_t lane = 0; lane < count; ++lane) places[lane] = field_.cloud.p0[batch_.surfels[begin + lane]];
   ulr_.setPlaces({places.data(), count});
   std::array<Direction3<AcquisitionSpace>, ulr::kQueryLanes> towards;
-  for (size_t l = 0; l < batch_.lights; ++l) {
+  for (size_t l = 0; l < lightCount_; ++l) {
     for (size_t lane = 0; lane < count; ++lane)
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     ulr_.blend({towards.data(), count}, lightBlend_.lights, ulrOfLight_[l]);
@@ -190,7 +189,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
 // Appends the rows of a whole group, as appendLight would.
 void LightWeights::appendGroup(LightRows& rows) {
   size_t next = rows.weights.size();
-  rows.weights.resize(next + count_ * batch_.lights * lightBlend_.lights);
+  rows.weights.resize(next + count_ * lightCount_ * lightBlend_.lights);
   rowEnds_[0] = rows.lights.size();
   for (size_t lane = 0; lane < count_; ++lane) {
     size_t entry = (begin_ + lane) * batch_.lights;
@@ -241,7 +240,7 @@ template <class Use> void LightWeights::forEachLight(size_t lane, const Use& use
     if (showsColors_)
       forEachWeight([&](uint32_t light, float weight) { addToBlendColor(light, weight * share); });
   };
-  for (size_t l = 0; l < batch_.lights; ++l) {
+  for (size_t l = 0; l < lightCount_; ++l) {
     const size_t entry = query * batch_.lights + l;
     const Rgb& irradiance = batch_.irradiance[entry];
     const ulr::QueryBlends& ulr = ulrOfLight_[l];

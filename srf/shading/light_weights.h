@@ -36,6 +36,10 @@ std::vector<float> environmentBrightness(const QueryBatch& batch);
 // The light blend that the options ask for, or else the model's.
 ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options);
 
+// True if cameras and lights are weighted separately for all lights but environments. Environments always are
+// if every camera has every light.
+bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);
+
 // Unit direction to each light of the rig, from the middle of the cloud.
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field);
 
@@ -105,6 +109,9 @@ private:
   Point3<AcquisitionSpace, double> place_;
 };
 
+// Lights of a query whose weights are computed.
+enum class LightSources { all, environments };
+
 // Computes the light rows of one query after another. Has working memory of its own: use one object per
 // thread. Short rows hold one BlendedLight for each light of the query; the weights of long rows are summed
 // per captured light first.
@@ -112,7 +119,7 @@ class LightWeights {
 public:
   // The arguments must outlive the weights. The field must be a full product of cameras and lights.
   LightWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
-               const QueryBatch& batch, const ShadeOptions& options);
+               const QueryBatch& batch, const ShadeOptions& options, LightSources sources);
 
   // Computes ULR weights of the queries from `begin` on (1..kQueryLanes), in vector lanes. Appends the rows
   // at once if no query of the group needs anything beyond these weights.
@@ -166,6 +173,7 @@ private:
   const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_;
+  const size_t lightCount_; // per query: those of the batch, or none
   const ulr::LightBlend lightBlend_;
   const bool hasShortRows_; // true if the row has so few weights that captured lights rarely repeat
   const bool showsColors_;

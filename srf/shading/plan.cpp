@@ -43,11 +43,16 @@ private:
 // Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
+  // For all lights, a query has one target; for environments alone, it is the first after those of the
+  // lights.
   ProductPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
-                 const QueryBatch& batch, const ShadeOptions& options)
-      : field_(field), batch_(batch), cameras_(field, batch, options),
-        lights_(field, coverage, batch, options), emitter_(field.rig.views),
-        viewColor_(blendColors(field.rig.views.size())) {}
+                 const QueryBatch& batch, const ShadeOptions& options, LightSources sources)
+      : field_(field), batch_(batch), isWhole_(sources == LightSources::all),
+        share_(isWhole_
+                   ? 1
+                   : static_cast<float>(batch.environments.size()) / static_cast<float>(batch.sources())),
+        cameras_(field, batch, options), lights_(field, coverage, batch, options, sources),
+        emitter_(field.rig.views), viewColor_(blendColors(field.rig.views.size())) {}
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
@@ -62,15 +67,17 @@ public:
         const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
         const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           for (size_t place = placeBegin; place < placeEnd; ++place) {
-            const size_t target = place - firstPlace;
-            emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(), target, view, weight,
-                          row.begin, row.end, plan);
-            if (showsBlends) plan.cameraBlend[target] = plan.cameraBlend[target] + weight * viewColor_[view];
+            const size_t i = place - firstPlace;
+            emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
+                          i * plan.targetsPerPlace + (isWhole_ ? 0 : batch_.lights), view, weight, row.begin,
+                          row.end, plan);
+            if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share_ * weight * viewColor_[view];
           }
         });
-        for (size_t target = placeBegin - firstPlace; target < placeEnd - firstPlace; ++target) {
-          if (isLit && showsBlends) plan.lightBlend[target] = lights_.blendColor();
-          plan.confidence[target] = ulr::confidenceOf(best.penalty);
+        for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
+          if (isLit && showsBlends) plan.lightBlend[i] = plan.lightBlend[i] + lights_.blendColor();
+          if (!isWhole_) continue; // known from the lights
+          plan.confidence[i] = ulr::confidenceOf(best.penalty);
           if (!best.isSeen) ++plan.unseen;
         }
       }
@@ -86,40 +93,52 @@ private:
 
   const ReflectanceField& field_;
   const QueryBatch& batch_;
+  const bool isWhole_;
+  const float share_; // of the query's lights
   CameraWeights cameras_;
   LightWeights lights_;
   Emitter emitter_;
   std::vector<Rgb> viewColor_;
 };
 
-// Plans (camera, light) pairs: one operation for each pair, or for each view and environment.
+// Plans (camera, light) pairs: one operation for each light or environment and view.
 class PairPlanner {
 public:
   PairPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
               const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field.rig.views),
         viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
-        environmentBrightness_(environmentBrightness(batch)) {}
+        environmentBrightness_(environmentBrightness(batch)) {
+    if (field.isFullProduct && !batch.environments.empty())
+      environments_.emplace(field, coverage, batch, options, LightSources::environments);
+  }
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     firstPlace_ = batch_.placeBegin(begin);
-    for (size_t query = begin; query < end; ++query) {
-      cameraColor_ = lightBlendColor_ = {};
-      const BestView best = pairs_.prepare(query);
-      for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
-      for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
-      for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
-           ++i) {
-        plan.confidence[i] = ulr::confidenceOf(best.penalty);
-        if (!best.isSeen) ++plan.unseen;
-        if (plan.cameraBlend.empty()) continue;
-        plan.cameraBlend[i] = cameraColor_;
-        plan.lightBlend[i] = lightBlendColor_;
-      }
+    for (size_t first = begin; first < end; first += ulr::kQueryLanes) {
+      const size_t count = std::min(ulr::kQueryLanes, end - first);
+      pairs_.prepare(first, count);
+      for (size_t lane = 0; lane < count; ++lane) planQuery(first + lane, pairs_.select(lane), plan);
     }
+    if (environments_) environments_->plan(begin, end, plan);
   }
 
 private:
+  void planQuery(size_t query, const BestView& best, ShadingPlan& plan) {
+    cameraColor_ = lightBlendColor_ = {};
+    for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
+    if (!environments_)
+      for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
+    for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
+         ++i) {
+      plan.confidence[i] = ulr::confidenceOf(best.penalty);
+      if (!best.isSeen) ++plan.unseen;
+      if (plan.cameraBlend.empty()) continue;
+      plan.cameraBlend[i] = cameraColor_;
+      plan.lightBlend[i] = lightBlendColor_;
+    }
+  }
+
   // Looks up all places of a query for one of its lights or environments.
   void emitAll(size_t query, size_t source, uint32_t view, float weight, size_t rowBegin, size_t rowEnd,
                ShadingPlan& plan) {
@@ -129,18 +148,27 @@ private:
                     plan);
   }
 
+  // The pairs of one view become one operation.
   void planLight(size_t query, size_t l, ShadingPlan& plan) {
-    const size_t entry = query * batch_.lights + l;
+    const auto [weights, scale] = pairs_.blend(l);
+    const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto sources = static_cast<float>(batch_.sources());
-    const auto [weights, covered] = pairs_.blend(batch_.towardsLight[entry], batch_.extrapolationOf(l));
-    for (const auto& [number, weight] : weights) {
-      const auto [view, column, light] = pairs_.pair(number);
-      const size_t row = plan.rows.lights.size();
-      plan.rows.add(column, covered * irradianceRatio(batch_.irradiance[entry], pairs_.irradiance(light)));
-      emitAll(query, l, view, weight, row, row + 1, plan);
-      const float share = weight / sources;
-      cameraColor_ = cameraColor_ + share * viewColor_[view];
-      lightBlendColor_ = lightBlendColor_ + covered * share * lightColor_[light];
+    for (auto first = weights.begin(); first != weights.end();) {
+      const uint32_t view = pairs_.pair(first->index).view;
+      const auto last = std::find_if(first, weights.end(), [&](const ulr::Blended& pair) {
+        return pairs_.pair(pair.index).view != view;
+      });
+      float ofView = 0;
+      for (auto pair = first; pair != last; ++pair) ofView += pair->weight;
+      const size_t rowBegin = plan.rows.lights.size();
+      for (auto pair = first; pair != last; ++pair) {
+        const auto [_, column, light] = pairs_.pair(pair->index);
+        plan.rows.add(column, scale * pair->weight / ofView * pairs_.ratio(irradiance, light));
+        lightBlendColor_ = lightBlendColor_ + scale * pair->weight / sources * lightColor_[light];
+      }
+      emitAll(query, l, view, ofView, rowBegin, plan.rows.lights.size(), plan);
+      cameraColor_ = cameraColor_ + ofView / sources * viewColor_[view];
+      first = last;
     }
   }
 
@@ -151,9 +179,9 @@ private:
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.size(), Rgb{});
     for (const auto& [towards, irradiance] : environment.lights) {
-      const auto [weights, covered] = pairs_.blend(rotation(towards), environment.extrapolation);
+      const auto [weights, scale] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
-        pairShare_[number] = pairShare_[number] + covered * weight * irradiance;
+        pairShare_[number] = pairShare_[number] + scale * weight * irradiance;
     }
     const auto sources = static_cast<float>(batch_.sources());
     const auto colorShare = [&](float ofLight) { return ofLight / (environmentBrightness_[e] * sources); };
@@ -181,6 +209,7 @@ private:
   const ReflectanceField& field_;
   const QueryBatch& batch_;
   PairWeights pairs_;
+  std::optional<ProductPlanner> environments_; // if every camera has every light
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
@@ -212,11 +241,13 @@ struct ShadingPlanner::Impl {
   const QueryBatch& batch;
   ShadeOptions options;
   ulr::LightExtrapolationFade coverage{lightDirections(field)};
-  size_t targetsPerPlace = field.hasSeparateWeights() ? 1 : std::max(size_t{1}, batch.sources());
+  bool isProduct =
+      hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
+  size_t targetsPerPlace = isProduct ? 1 : std::max(size_t{1}, batch.sources());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
-    return field.hasSeparateWeights()
-               ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options)
-               : Planner(std::in_place_type<PairPlanner>, field, coverage, batch, options);
+    return isProduct ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options,
+                               LightSources::all)
+                     : Planner(std::in_place_type<PairPlanner>, field, coverage, batch, options);
   }};
 };
 
@@ -227,6 +258,8 @@ ShadingPlanner::ShadingPlanner(const ReflectanceField& field, const QueryBatch& 
          batch.irradiance.size() == batch.towardsLight.size());
   assert(batch.extrapolation.empty() || batch.extrapolation.size() == batch.lights);
   assert(batch.acquisitionFromEnvironment.size() == batch.size() * batch.environments.size());
+  assert(batch.reached.empty() ||
+         (field.lightVisibility && batch.reached.size() == batch.towardsLight.size()));
   requireLights(field, batch, options);
   impl_ = std::unique_ptr<Impl>(new Impl{field, batch, options});
 }

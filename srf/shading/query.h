@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/ulr/environment_map.h"
+#include "srf/ulr/interpolation.h"
 #include "srf/ulr/light_table.h"
 #include "srf/ulr/ulr.h"
 #include "surfel/math/rgb.h"
@@ -35,6 +36,9 @@ struct QueryBatch {
   // `lights` per query, in succession: unit direction to the light, and irradiance of a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;
   std::vector<Rgb> irradiance;
+  // `lights` per query: part of the light that reaches the surfel, 0..1, for a field with
+  // lightVisibility; empty: shadow states are not used.
+  std::vector<float> reached;
   std::vector<ulr::LightExtrapolation> extrapolation; // one per light of a query; empty: clamp for all
   std::vector<QueryEnvironment> environments;
   // One per query and environment, those of a query in succession: the environment's own rotation, followed
@@ -56,11 +60,14 @@ struct QueryBatch {
   }
 };
 
+using ulr::Interpolation;
+
 inline constexpr size_t kTargetsAtOnce = 1 << 14;
 
 struct ShadeOptions {
+  Interpolation interpolation = Interpolation::separate;
   size_t cameras = 3; // number blended per query, 1..kMaxBlended
-  size_t pairs = 4;   // number of (camera, light) pairs blended instead if the capture is not a full product
+  size_t pairs = 4;   // number of (camera, light) pairs blended instead, unless weights are separate
   // Override the model's light blend; see LightBlend.
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};
@@ -74,6 +81,11 @@ struct ShadeOptions {
   bool showsBlends = false;  // fills the blend colours of Shaded
   size_t placesPerQuery = 1; // about as many as in the batch; limits memory, does not affect the radiance
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
+
+  // True if camera and light of a pair are weighted together, by the distance of the pair.
+  bool weighsPairs() const {
+    return !nearest && (interpolation == Interpolation::pairs || interpolation == Interpolation::kriging);
+  }
 };
 
 } // namespace surflect::shading

@@ -15,6 +15,7 @@
 #include "srf/shading/reference.h"
 
 #include "srf/shading/light_weights.h"
+#include "srf/shading/pair_weights.h"
 #include "srf/ulr/fallback_view.h"
 #include "srf/ulr/foreshortening.h"
 #include "srf/ulr/weight_truncation.h"
@@ -115,27 +116,42 @@ public:
       : field_(field), batch_(batch), options_(options), how_(lightBlend(field, options)),
         coverage_(lightDirections(field)) {}
 
-  size_t targetsPerPlace() const { return field_.hasSeparateWeights() ? 1 : batch_.sources(); }
+  size_t targetsPerPlace() const { return isProduct() ? 1 : batch_.sources(); }
 
   void add(size_t query) {
     const uint32_t surfel = batch_.surfels[query];
+    surfel_ = surfel;
     p0_ = field_.cloud.p0[surfel].cast<double>();
     normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
     visibility_ = field_.visibility.of(surfel);
     towardsView_ = batch_.towardsView[query];
     placeBegin_ = batch_.placeBegin(query);
     placeEnd_ = batch_.placeBegin(query + 1);
-    if (field_.hasSeparateWeights())
-      addProduct(lightsOf(batch_, query));
-    else
-      for (const QueryLight& light : lightsOf(batch_, query)) addPairs(light);
+    const std::vector<QueryLight> lights = lightsOf(batch_, query);
+    if (isProduct()) return addProduct(lights, 0);
+    std::vector<QueryLight> ofEnvironments;
+    for (const QueryLight& light : lights) {
+      if (field_.isFullProduct && light.target >= batch_.lights)
+        ofEnvironments.push_back(light);
+      else if (!options_.weighsPairs() || !field_.isFullProduct)
+        addPairs(light);
+      else
+        addNearPairs(light, light.target < batch_.lights && !batch_.reached.empty()
+                                ? std::optional(batch_.reached[query * batch_.lights + light.target])
+                                : std::nullopt);
+    }
+    if (!ofEnvironments.empty()) addProduct(ofEnvironments, batch_.lights);
   }
 
   std::vector<ShadingOp> ops;
   LightRows rows;
 
 private:
-  void addProduct(const std::vector<QueryLight>& lights) {
+  bool isProduct() const {
+    return hasSeparateWeights(field_, options_) || (field_.isFullProduct && batch_.lights == 0);
+  }
+
+  void addProduct(const std::vector<QueryLight>& lights, size_t target) {
     const size_t begin = rows.lights.size();
     if (field_.rig.lights.empty()) rows.add(0, {1, 1, 1}); // fixed illumination
     for (const QueryLight& light : lights)
@@ -143,7 +159,7 @@ private:
     const size_t end = rows.lights.size();
     ulr::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (const auto& [i, w] : truncated(ulr::ulrWeights(views))) emit(0, i, w, begin, end);
+    for (const auto& [i, w] : truncated(ulr::ulrWeights(views))) emit(target, i, w, begin, end);
   }
 
   void addPairs(const QueryLight& source) {
@@ -168,6 +184,106 @@ private:
       const auto& [i, column, j] = pairs[number];
       rows.add(column, covered * ratio(source, j));
       emit(source.target, i, w, rows.lights.size() - 1, rows.lights.size());
+    }
+  }
+
+  // n of the nearest views or lights, 0 for the others (pair_weights.h).
+  static std::vector<float> nearness(const ulr::NearestCandidates& nearest, size_t count) {
+    std::vector<float> all(count, 0);
+    const auto sorted = nearest.sorted();
+    for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
+      const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
+      all[index] = sorted[0].penalty < threshold ? std::clamp(4 * (1 - p / threshold), 0.f, 1.f)
+                   : p <= sorted[0].penalty      ? 1.f
+                                                 : 0.f;
+    }
+    return all;
+  }
+
+  // Part of a captured light that reached the surfel; 1 if shadow states are not used.
+  float reachedBy(uint32_t j, std::optional<float> asked) const {
+    return asked ? ulr::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[j]) : 1;
+  }
+
+  struct NearPair {
+    uint32_t view, column, light;
+    ulr::PairPlace place;
+    float confidence; // c_ij
+  };
+
+  // The pairs of the nearest views and lights.
+  std::vector<NearPair> nearPairs(const ulr::NearestCandidates& views, const ulr::NearestCandidates& lights,
+                                  std::optional<float> reached) const {
+    const std::vector<float> ofView = nearness(views, field_.rig.views.size()),
+                             ofLight = nearness(lights, field_.rig.lights.size());
+    std::vector<NearPair> pairs;
+    for (const auto& [i, p] : views.sorted()) {
+      const auto towards = capture::Viewpoint(field_.rig.views[i].camera).towards(p0_).cast<float>();
+      const float angle = ulr::anglePenalty(towards, towardsView_),
+                  s = std::max(
+                      ulr::VisibilityWeights::decode(visibility_[i]),
+                      views.sorted()[0].penalty > ulr::kFallbackFrom ? ulr::fallbackConfidence(angle, p) : 0);
+      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
+        const uint32_t j = field_.columns[i][column];
+        const auto light = capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
+        if (const float confidence = s * ofView[i] * ofLight[j]; confidence > 0)
+          pairs.push_back(
+              {i, column, j,
+               ulr::pairPlace(light, towards, reachedBy(j, reached), scalesOf(options_.interpolation)),
+               confidence});
+      }
+    }
+    return pairs;
+  }
+
+  // w_ij; the index is that of the pair.
+  ulr::BlendSet nearWeights(const std::vector<NearPair>& pairs, const ulr::PairPlace& asked) const {
+    const bool isKriging = options_.interpolation == Interpolation::kriging;
+    ulr::NearestCandidates nearest(options_.pairs);
+    for (uint32_t pair = 0; pair < pairs.size(); ++pair) {
+      const float squared = ulr::squaredDistance(pairs[pair].place, asked);
+      nearest.offer({pair, (isKriging ? std::sqrt(squared) : squared / 2) / pairs[pair].confidence});
+    }
+    if (!isKriging) return truncated(ulr::ulrWeights(nearest));
+    const auto sorted = nearest.sorted();
+    std::vector<ulr::KrigingSample> samples;
+    for (const auto& [pair, distance] : sorted.first(std::min(options_.pairs, sorted.size())))
+      samples.push_back({pair, pairs[pair].place,
+                         ulr::nuggetOf(sorted.size() > options_.pairs && sorted.back().penalty > 0
+                                           ? distance / sorted.back().penalty
+                                           : 0,
+                                       pairs[pair].confidence)});
+    const std::vector<double> w = ulr::krigingWeightsReference(samples, asked);
+    ulr::BlendSet weights;
+    for (size_t k = 0; k < samples.size(); ++k) weights.push({samples[k].index, static_cast<float>(w[k])});
+    return truncated(weights);
+  }
+
+  void addNearPairs(const QueryLight& source, std::optional<float> reached) {
+    ulr::NearestCandidates views(kNearSources), lights(kNearSources);
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
+      lights.offer({j, lightPenalty(field_.rig.lights[j], source)});
+    const std::vector<NearPair> pairs = nearPairs(views, lights, reached);
+    const ulr::BlendSet weights =
+        nearWeights(pairs, ulr::pairPlace(source.towards, towardsView_, reached.value_or(1),
+                                          scalesOf(options_.interpolation)));
+    float scale =
+        source.extrapolation == ulr::LightExtrapolation::fade ? coverage_.at(lights.sorted()[0].penalty) : 1;
+    if (how_.foreshortened) {
+      double blended = 0;
+      for (const auto& [pair, w] : weights) {
+        const uint32_t j = pairs[pair].light;
+        blended += w * reachedBy(j, reached) *
+                   ulr::foreshortenedCosine(normal_, capture::towardsLight(field_.rig.lights[j], p0_));
+      }
+      const double asked =
+          reached.value_or(1) * ulr::foreshortenedCosine(normal_, source.towards.cast<double>());
+      scale *= ulr::foreshortening(static_cast<float>(asked), static_cast<float>(blended));
+    }
+    for (const auto& [pair, w] : weights) {
+      rows.add(pairs[pair].column, scale * ratio(source, pairs[pair].light));
+      emit(source.target, pairs[pair].view, w, rows.lights.size() - 1, rows.lights.size());
     }
   }
 
@@ -232,6 +348,7 @@ private:
   const ulr::LightBlend how_;
   const ulr::LightExtrapolationFade coverage_;
   // State of the current query.
+  uint32_t surfel_ = 0;
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace, double> normal_;
   std::span<const uint8_t> visibility_;

@@ -24,7 +24,9 @@ struct ReflectanceField {
   std::optional<LevelsOfDetail> levels;    // of the cloud, if the model stores them
   Point3<AcquisitionSpace, double> middle; // middle of the cloud's bounding box
   ulr::VisibilityWeights visibility;       // one per surfel and view
-  std::vector<codec::ViewFile> files;      // reflectance images, one file for each view of the rig
+  // One per surfel and light (light_visibility.h), if the model stores them.
+  std::optional<ulr::VisibilityWeights> lightVisibility;
+  std::vector<codec::ViewFile> files; // reflectance images, one file for each view of the rig
   // For each view, the light of each column; empty for fixed illumination.
   std::vector<std::vector<uint32_t>> columns;
   double white = 1;           // radiance of a white pixel
@@ -34,10 +36,6 @@ struct ReflectanceField {
   // True if every view has every light, in the order of the rig; cameras and lights are then weighted
   // separately.
   bool isFullProduct = false;
-
-  // Returns true if cameras and lights can be weighted separately, because illumination is fixed or the
-  // capture is a full product.
-  bool hasSeparateWeights() const { return rig.lights.empty() || isFullProduct; }
 };
 
 } // namespace surflect::shading

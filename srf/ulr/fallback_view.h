@@ -38,6 +38,11 @@ inline float fallbackScale(double cosine, double border, double fade) {
 
 inline float fallbackPenalty(float penalty, float scale) { return (penalty + kFallbackOffset) * scale; }
 
+// Confidence in a fallback of this angle and penalty, 0..1 (srf/shading/pair_weights.h).
+inline float fallbackConfidence(float angle, float penalty) {
+  return std::min(1.f, (angle + kFallbackOffset) / (penalty + kFallbackOffset));
+}
+
 // Lower bound on the penalty of a fallback, cheap to compute, from a penalty and a cosine with errors up to
 // `rounding`. Uses b <= 1 and exp(-t) <= 1 / (1 + t + t^2 / 2), and g <= 1 where the view may see the surfel.
 inline float leastFallbackPenalty(float penalty, float cosine, bool isOpen, float rounding) {

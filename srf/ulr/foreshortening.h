@@ -10,7 +10,7 @@
 //
 // [Cochran 1977] Cochran: Sampling Techniques, 3rd edition.
 // Symbols: n normal, l requested direction, l_i directions of the blended lights, w_i their weights,
-//          c(l) = max(0, n . l).
+//          c(l) = max(0, n . l), times the shadow state of the light where states are used.
 #pragma once
 
 #include "srf/ulr/ulr.h"

@@ -102,6 +102,12 @@ Around around(const LaneVectors& lanes) {
 
 } // namespace
 
+std::vector<Source> sourcesOf(std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints) {
+  std::vector<Source> sources;
+  for (const auto& viewpoint : viewpoints) sources.push_back({viewpoint.place(), viewpoint.isDistant()});
+  return sources;
+}
+
 BlendSet QueryBlends::of(size_t lane) const {
   BlendSet blend;
   forEach(lane, [&](uint32_t index, float weight) { blend.push({index, weight}); });

@@ -7,6 +7,7 @@
 // camera (visibility_weights.h), 1 for a light.  [Weyrich 2005, §5.2; Buehler 2001, §4]
 #pragma once
 
+#include "srf/capture/camera.h"
 #include "srf/ulr/nearest_kernels.h"
 #include "srf/ulr/ulr.h"
 #include "srf/ulr/visibility_weights.h"
@@ -26,6 +27,8 @@ struct Source {
   bool isDistant = false;
 };
 
+std::vector<Source> sourcesOf(std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints);
+
 // The blends of up to kQueryLanes queries, one per lane.
 class QueryBlends {
 public:
@@ -43,6 +46,13 @@ public:
   size_t size() const { return blended_; }
   uint32_t index(size_t lane, size_t i) const { return static_cast<uint32_t>(nearest_.index[i][lane]); }
   float weight(size_t lane, size_t i) const { return weights_[i * kQueryLanes + lane]; }
+
+  // The sources of least penalty, ascending: one more than are blended, where there are so many.
+  NearestCandidates candidates(size_t lane) const {
+    NearestCandidates nearest(blended_);
+    for (size_t i = 0; i <= blended_; ++i) nearest.offer({index(lane, i), nearest_.penalty[i][lane]});
+    return nearest;
+  }
 
   bool areAllPrecise() const { return lost_ == 0; } // see isPrecise
 

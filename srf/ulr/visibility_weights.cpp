@@ -71,10 +71,9 @@ double borderFade(const capture::Lens& lens, capture::Pixel pixel) {
 }
 
 std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
-                                 std::span<const capture::Camera<AcquisitionSpace>> views,
+                                 std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
-  std::vector<uint8_t> free(cloud.size() * views.size(), 0);
-  const auto viewpoints = viewpointsOf(views);
+  std::vector<uint8_t> free(cloud.size() * viewpoints.size(), 0);
   const double offset = impostor.selfHitOffset();
   forRuns(cloud.size(), "visibility", progress, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -84,10 +83,10 @@ std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
       // crease.
       const double lift = std::max(offset, 0.25 * static_cast<double>(cloud.radius[i]));
       const auto lifted = p + assume<Direction3<AcquisitionSpace, double>>(lift * n.raw());
-      for (size_t view = 0; view < views.size(); ++view) {
+      for (size_t view = 0; view < viewpoints.size(); ++view) {
         const auto towards = viewpoints[view].towards(p);
         if (!(dot(n, towards) > 0)) continue;
-        free[i * views.size() + view] =
+        free[i * viewpoints.size() + view] =
             !impostor.occluded(lifted, towards, offset, viewpoints[view].distance(p));
       }
     }
@@ -102,11 +101,10 @@ struct SmoothedVisibility::Votes {
   std::vector<Vec3<float>> normals;
   std::vector<uint8_t> free, facing; // one row of a byte per view for each surfel
 
-  Votes(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> cameras,
+  Votes(const SurfelCloud& cloud, std::span<const capture::Viewpoint<AcquisitionSpace>> viewpoints,
         std::vector<uint8_t> sight, float reach, const Progress& progress)
-      : views(cameras.size()), radius(reach), index(cloud.p0, progress), normals(cloud.size()),
+      : views(viewpoints.size()), radius(reach), index(cloud.p0, progress), normals(cloud.size()),
         free(std::move(sight)), facing(cloud.size() * views) {
-    const auto viewpoints = viewpointsOf(cameras);
     tbb::parallel_for(size_t{0}, cloud.size(), [&](size_t i) {
       if (i % kSurfelsPerTask == 0) progress.checkpoint();
       const auto n = normalOf(cloud, i);
@@ -119,7 +117,7 @@ struct SmoothedVisibility::Votes {
 };
 
 SmoothedVisibility::SmoothedVisibility(const SurfelCloud& cloud,
-                                       std::span<const capture::Camera<AcquisitionSpace>> views,
+                                       std::span<const capture::Viewpoint<AcquisitionSpace>> views,
                                        std::vector<uint8_t> lineOfSight, float radius,
                                        const Progress& progress)
     : votes_(std::make_unique<Votes>(cloud, views, std::move(lineOfSight), radius, progress)) {}
@@ -170,9 +168,9 @@ VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
                                     const RayCaster<AcquisitionSpace>& impostor, const Progress& progress) {
   VisibilityWeights result{views.size(), std::vector<uint8_t>(cloud.size() * views.size())};
   if (cloud.size() == 0) return result;
-  const SmoothedVisibility votes(cloud, views, lineOfSight(cloud, views, impostor, progress),
-                                 visibilityRadius(cloud), progress);
   const auto viewpoints = viewpointsOf(views);
+  const SmoothedVisibility votes(cloud, viewpoints, lineOfSight(cloud, viewpoints, impostor, progress),
+                                 visibilityRadius(cloud), progress);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
     std::vector<float> visibility(views.size());
     for (size_t i = begin; i < end; ++i) {

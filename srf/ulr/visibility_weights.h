@@ -42,15 +42,15 @@ struct VisibilityWeights {
 // 1 if the line of sight from a surfel to a view is free, else 0; 0 for surfels that face away from the view.
 // Rows as in VisibilityWeights.
 std::vector<uint8_t> lineOfSight(const SurfelCloud& cloud,
-                                 std::span<const capture::Camera<AcquisitionSpace>> views,
+                                 std::span<const capture::Viewpoint<AcquisitionSpace>> views,
                                  const RayCaster<AcquisitionSpace>& impostor, const Progress& progress);
 
-// Smoothed visibility of the views at a surface point: the fraction of free lines of sight among nearby
-// surfels, weighted by a smooth kernel of the given radius (scene units). Continuous in the point. Only
-// surfels that face the view and whose normals agree with the point's are counted; 0 if there are none.
+// Smoothed visibility of views, or of lights, at a surface point: the fraction of free lines of sight among
+// nearby surfels, weighted by a smooth kernel of the given radius (scene units). Continuous in the point.
+// Only surfels that face the view and whose normals agree with the point's are counted; 0 if there are none.
 class SmoothedVisibility {
 public:
-  SmoothedVisibility(const SurfelCloud& cloud, std::span<const capture::Camera<AcquisitionSpace>> views,
+  SmoothedVisibility(const SurfelCloud& cloud, std::span<const capture::Viewpoint<AcquisitionSpace>> views,
                      std::vector<uint8_t> lineOfSight, float radius, const Progress& progress = {});
   ~SmoothedVisibility();
 

@@ -101,8 +101,9 @@ void tryAll(const PackedStudio& packed, const Seen& whole, const std::string& na
   });
 }
 
-const std::vector<std::string> files = {"manifest.json", "transforms.json", "surfels.ply",    "levels.bin",
-                                        "fades.bin",     "views/0000.srfb", "views/0001.srfb"};
+const std::vector<std::string> files = {"manifest.json",   "transforms.json", "surfels.ply",
+                                        "levels.bin",      "fades.bin",       "shadows.bin",
+                                        "views/0000.srfb", "views/0001.srfb"};
 
 TEST(ModelDamage, EveryTruncationIsRefusedOrHarmless) {
   const PackedStudio packed(tinyStudio(), 40);

@@ -1,6 +1,7 @@
 #include "srf/model/model.h"
 
 #include "srf/model/manifest.h"
+#include "srf/ulr/light_visibility.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 #include "tests/support/patience.h"
@@ -65,6 +66,9 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(*model.levels, levelsOfDetail(cloud));
   EXPECT_EQ(model.visibility.views, visibility.views);
   EXPECT_EQ(model.visibility.values, visibility.values);
+  ASSERT_TRUE(model.lightVisibility);
+  EXPECT_EQ(model.lightVisibility->values,
+            ulr::lightVisibility(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
   EXPECT_EQ(model.white, 0.7);
   EXPECT_EQ(model.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane}));
   EXPECT_EQ(model.tolerance, 0.02);
@@ -102,8 +106,8 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
   const PackedStudio packed(smallStudio, fewSurfels);
   const auto folder = packed.model.folder;
   std::mt19937 random(2);
-  for (const std::string name :
-       {"manifest.json", "transforms.json", "surfels.ply", "levels.bin", "fades.bin", "views/0001.srfb"}) {
+  for (const std::string name : {"manifest.json", "transforms.json", "surfels.ply", "levels.bin",
+                                 "shadows.bin", "fades.bin", "views/0001.srfb"}) {
     const std::string whole = readFile(folder / name);
     const auto isRefused = [&](const std::string& damaged) {
       image::writeBytes(folder / name, damaged);
@@ -112,7 +116,7 @@ TEST(Model, EveryCorruptionIsRefusedAndNamesTheFile) {
     };
     const size_t end = whole.size() - 1; // the manifest is complete without its final line feed
     for (const size_t length : {size_t{0}, size_t{1}, size_t{40}, end / 2, random() % end, end - 1})
-      isRefused(whole.substr(0, length));
+      isRefused(whole.substr(0, std::min(length, end - 1)));
     for (int flip = 0; flip < 40; ++flip) {
       std::string damaged = whole;
       damaged[random() % whole.size()] ^= static_cast<char>(1 << random() % 8);

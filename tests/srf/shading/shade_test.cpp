@@ -119,6 +119,82 @@ TEST_F(Shade, EqualsTheReference) {
   EXPECT_LT(errorOfShading(model, batch, {}), 7e-6);
 }
 
+// Squared distances of pairs err by 6e-5 (pair_weights.cpp), kriging weights of nearly equal pairs by 2e-4
+// (kriging_test.cpp).
+void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
+  QueryBatch batch = randomBatch(model, 300, 2, random);
+  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  const auto expectEqual = [&] {
+    for (const bool foreshortened : {false, model.isFullProduct}) {
+      EXPECT_LT(errorOfShading(model, batch,
+                               {.interpolation = Interpolation::pairs, .foreshortened = foreshortened}),
+                1e-4);
+      EXPECT_LT(errorOfShading(model, batch,
+                               {.interpolation = Interpolation::kriging, .foreshortened = foreshortened}),
+                2e-4);
+    }
+  };
+  expectEqual();
+  model.lightVisibility = {model.rig.lights.size(), {}};
+  model.lightVisibility->values.resize(model.cloud.size() * model.rig.lights.size());
+  for (uint8_t& reached : model.lightVisibility->values) reached = random() % 3 == 0 ? 0 : 255;
+  for (size_t entry = 0; entry < batch.towardsLight.size(); ++entry)
+    batch.reached.push_back(static_cast<float>(random() % 2));
+  expectEqual();
+  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  addEnvironment(batch, lights, random);
+  expectEqual();
+  // Many surfels need fallback views.
+  for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
+  expectEqual();
+}
+
+TEST_F(Shade, PairsOfNearViewsAndLightsEqualTheReference) { expectPairsOfTheReference(model, random); }
+TEST_F(ShadePairs, PairsOfNearViewsAndLightsEqualTheReference) { expectPairsOfTheReference(model, random); }
+
+// Epipole consistency, for cameras and lights together.
+TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
+  const auto [batch, photographs] = capturedRays(model, random);
+  for (const Interpolation interpolation : {Interpolation::pairs, Interpolation::kriging}) {
+    const ShadingPlan plan =
+        planShading(model, batch, {.interpolation = interpolation, .foreshortened = false});
+    std::vector<float> ofPhotograph(batch.size());
+    for (const ShadingOp& op : plan.ops) {
+      const auto [view, column] = photographs[op.target];
+      if (op.view != view) continue;
+      const Rgb all = irradianceRatio(batch.irradiance[op.target], batch.irradiance[op.target]);
+      for (const auto& [other, weight] : rowOf(plan, op))
+        if (other == column) ofPhotograph[op.target] += op.weight * weight.r / all.r;
+    }
+    EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 2e-3f);
+  }
+}
+
+// Photographs in light answer for light, those in shadow for shadow.
+TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
+  QueryBatch batch = randomBatch(model, 300, 1, random);
+  model.lightVisibility = {model.rig.lights.size(), {}};
+  for (size_t i = 0; i < model.cloud.size(); ++i)
+    for (size_t light = 0; light < model.rig.lights.size(); ++light)
+      model.lightVisibility->values.push_back(light % 2 == 0 ? 255 : 0);
+  for (const float reached : {0.f, 1.f}) {
+    batch.reached.assign(batch.size(), reached);
+    const ShadingPlan plan =
+        planShading(model, batch, {.interpolation = Interpolation::kriging, .foreshortened = false});
+    double wrong = 0, all = 0;
+    for (const ShadingOp& op : plan.ops)
+      for (const auto& [light, factor] : rowOf(plan, op)) {
+        const double weight = op.weight * factor.r *
+                              capturedIrradiance(model, op, light, batch.surfels[op.target]).r /
+                              batch.irradiance[op.target].r;
+        all += weight;
+        if ((light % 2 == 0) != (reached == 1)) wrong += weight;
+      }
+    EXPECT_NEAR(all, static_cast<double>(batch.size()), 0.001);
+    EXPECT_LT(wrong, 0.02 * all);
+  }
+}
+
 TEST_F(ShadePairs, EqualsTheReference) {
   QueryBatch batch = randomBatch(model, 200, 2, random);
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};

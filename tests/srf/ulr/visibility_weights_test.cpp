@@ -76,13 +76,17 @@ protected:
     return largest;
   }
 
+  std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints() const {
+    return {views.begin(), views.end()};
+  }
+
   TriangleMesh floor, scene;
   SurfelCloud cloud;
   std::vector<capture::Camera<AcquisitionSpace>> views;
 };
 
 TEST_F(FloorUnderSquare, LineOfSightEndsWhereGeometrySaysSo) {
-  const auto free = lineOfSight(cloud, views, RayCaster<AcquisitionSpace>(scene), {});
+  const auto free = lineOfSight(cloud, viewpoints(), RayCaster<AcquisitionSpace>(scene), {});
   for (size_t i = 0; i < cloud.size(); ++i)
     for (size_t view = 0; view < views.size(); ++view) {
       const Vec3<double> p = cloud.p0[i].cast<double>().raw(), c = views[view].center().raw();
@@ -96,7 +100,7 @@ TEST_F(FloorUnderSquare, LineOfSightEndsWhereGeometrySaysSo) {
 
 TEST_F(FloorUnderSquare, HiddenSurfelsAreNeverAskedAndOpenOnesFully) {
   const auto fades = visibilityWeights(cloud, views, RayCaster<AcquisitionSpace>(scene), {});
-  const auto free = lineOfSight(cloud, views, RayCaster<AcquisitionSpace>(scene), {});
+  const auto free = lineOfSight(cloud, viewpoints(), RayCaster<AcquisitionSpace>(scene), {});
   size_t hidden = 0;
   for (size_t i = 0; i < cloud.size(); ++i)
     for (size_t view = 0; view < views.size(); ++view)
@@ -114,7 +118,8 @@ TEST_F(FloorUnderSquare, HiddenSurfelsAreNeverAskedAndOpenOnesFully) {
 
 TEST_F(FloorUnderSquare, HalvingTheStepHalvesTheLargestWeightChangeAlongTheSurface) {
   const RayCaster<AcquisitionSpace> caster(scene);
-  const SmoothedVisibility visibility(cloud, views, lineOfSight(cloud, views, caster, {}), 4 * kSpacing);
+  const SmoothedVisibility visibility(cloud, viewpoints(), lineOfSight(cloud, viewpoints(), caster, {}),
+                                      4 * kSpacing);
   const Direction3<AcquisitionSpace> view =
       assume<Direction3<AcquisitionSpace>>(Vec3<float>(0.1f, 0.2f, 1).normalized());
   for (const float y : {-0.31f, 0.02f, 0.4f}) {
@@ -129,7 +134,8 @@ TEST_F(FloorUnderSquare, HalvingTheStepHalvesTheLargestWeightChangeAlongTheSurfa
 
 TEST_F(FloorUnderSquare, HalvingTheStepHalvesTheLargestWeightChangeAlongACameraPath) {
   const RayCaster<AcquisitionSpace> caster(scene);
-  const SmoothedVisibility visibility(cloud, views, lineOfSight(cloud, views, caster, {}), 4 * kSpacing);
+  const SmoothedVisibility visibility(cloud, viewpoints(), lineOfSight(cloud, viewpoints(), caster, {}),
+                                      4 * kSpacing);
   for (const float x : {-0.5f, 0.03f, 0.35f}) {
     const Point3<AcquisitionSpace> p(x, 0.1f, 0);
     const auto path = [&](double s) {

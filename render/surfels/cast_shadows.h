@@ -1,0 +1,34 @@
+// Shadows that the deformed cloud casts on itself, by one ray for each query and light.
+#pragma once
+
+#include "render/scene/scene.h"
+#include "srf/shading/query.h"
+#include "surfel/occluders.h"
+
+#include <span>
+#include <vector>
+
+namespace surflect::surfels {
+
+class CastShadows {
+public:
+  // Warps the occluders, which are surfels of the cloud. Throws Cancelled.
+  CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
+              const Progress& progress = {});
+
+  // Fills batch.reached, with 0 or 1, for queries at these surfels of a deformed cloud. Lights of an
+  // environment are not asked.
+  void fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
+            shading::QueryBatch& batch) const;
+
+private:
+  struct Light {
+    bool isDistant;
+    Vec3<double> place; // or unit direction
+  };
+  std::vector<Light> lights_;
+  double clearance_;
+  DiscCaster<ObjectSpace> caster_;
+};
+
+} // namespace surflect::surfels

@@ -1,0 +1,23 @@
+// Ways to weight photographs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace surflect::ulr {
+
+// How photographs are weighted for a surfel, a direction to the viewer and a light.
+enum class Interpolation {
+  paper,    // cameras and lights each by their own angle  [Weyrich 2005, §5.2]
+  separate, // likewise, with the model's light blend, and surfels weighted by confidence
+  pairs,    // ULR over pairs of cameras and lights, by the angles of both and of the half vector
+  kriging,  // kriging over pairs (kriging.h)
+};
+
+constexpr std::string_view nameOf(Interpolation interpolation) {
+  constexpr std::array<std::string_view, 4> kNames{"paper", "separate", "pairs", "kriging"};
+  return kNames[static_cast<size_t>(interpolation)];
+}
+
+} // namespace surflect::ulr

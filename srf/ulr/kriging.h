@@ -1,0 +1,93 @@
+// Kriging of photographs: weights of (camera, light) pairs for a requested pair of directions at a surfel,
+// from how fast reflectance is expected to change with each direction.
+//
+//   C_ij = M(|x_i - x_j|) + (i = j ? nu_i : 0),   c_i = M(|x_i - x|)
+//   w = C^-1 (c + mu 1),   mu so that sum w = 1                      [Matheron 1963; Rasmussen 2006, §2.2]
+//   M(d) = (1 + sqrt(5) d + 5/3 d^2) exp(-sqrt(5) d)                 [Rasmussen 2006, Eq. 4.17]
+//
+// Symbols: x = (h / sigma_h, l / sigma_l, v / sigma_v, s / sigma_s) place of a pair, with the unit directions
+// h of the half vector, l to the light and v to the viewer, and the shadow state s, the part of the light
+// that reaches the surfel; C covariance of the photographs (Matern 5/2), c that with the requested pair, nu_i
+// nugget: the variance of a photograph's own error, mu Lagrange multiplier.
+//
+// Unlike ULR weights [Weyrich 2005, §5.2], those of a photograph depend on camera and light together: a pair
+// with the requested half vector shows the requested highlight, wherever its camera and light are.
+//
+// [Matheron 1963] Matheron: Principles of Geostatistics, Economic Geology 58.
+// [Rasmussen 2006] Rasmussen, Williams: Gaussian Processes for Machine Learning.
+// [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
+#pragma once
+
+#include "srf/ulr/ulr.h"
+#include "surfel/math/space.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::ulr {
+
+// Change of direction, as a chord, over which reflectance stays alike.
+struct KrigingScales {
+  float half = 0.3f, light = 1.5f, view = 1.5f, shadow = 0.2f;
+  friend bool operator==(const KrigingScales&, const KrigingScales&) = default;
+};
+
+// x: three coordinates each of half vector, light and view, and the shadow state; divided by their scales.
+using PairPlace = std::array<float, 10>;
+
+// Unit half vector of two unit directions. Where their sum is shorter than kOppositeHalf it is shortened, to
+// 0 for opposite directions, so that it changes continuously.
+inline constexpr float kOppositeHalf = 0.1f;
+inline Vec3<float> halfVector(const Vec3<float>& light, const Vec3<float>& view) {
+  const Vec3<float> sum = light + view;
+  return sum / std::max(sum.norm(), kOppositeHalf);
+}
+
+inline PairPlace pairPlace(const Direction3<AcquisitionSpace>& light,
+                           const Direction3<AcquisitionSpace>& view, float shadow,
+                           const KrigingScales& scales) {
+  const Vec3<float> h = halfVector(light.raw(), view.raw()) / scales.half, l = light.raw() / scales.light,
+                    v = view.raw() / scales.view;
+  return {h[0], h[1], h[2], l[0], l[1], l[2], v[0], v[1], v[2], shadow / scales.shadow};
+}
+
+// |a - b|^2
+inline float squaredDistance(const PairPlace& a, const PairPlace& b) {
+  float sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+// M(d), of the squared distance.
+template <class T> T matern52(T squared) {
+  const T d = std::sqrt(5 * squared);
+  return (1 + d + d * d / 3) * std::exp(-d);
+}
+
+// nu_i of a photograph at `share` (0..1) of the distance at which it leaves the blend, and with the given
+// confidence (0..1). It grows to infinity as share nears 1 or confidence 0, so that photographs fade out of
+// the blend. The least one is that of noise: a photograph of confidence 1 that is met has weight 1 within
+// 1e-3.
+inline float nuggetOf(float share, float confidence) {
+  constexpr float kNoise = 5e-4f, kGrowth = 0.1f, kSmall = 1e-6f;
+  return kNoise + kGrowth * share / std::max(1 - share, kSmall) + 1 / std::max(confidence, kSmall) - 1;
+}
+
+struct KrigingSample {
+  uint32_t index = 0; // of the pair
+  PairPlace place;
+  float nugget = 0; // nu_i
+};
+
+// w of at most kMaxBlended samples; empty without any. Negative weights are left out and the others scaled to
+// the sum 1: radiance stays positive. Costs about n^3 / 6 + 10 n^2 products.
+BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
+
+// Same weights by the whole system with its multiplier, in double precision: the reference of krigingWeights.
+std::vector<double> krigingWeightsReference(std::span<const KrigingSample> samples, const PairPlace& asked);
+
+} // namespace surflect::ulr

@@ -1,0 +1,20 @@
+// Shadow states: how much of a surface element each captured light reached. Photographs that were taken in
+// light answer for light, and those taken in shadow for shadow. Not in the papers.
+#pragma once
+
+#include "srf/capture/rig.h"
+#include "srf/ulr/visibility_weights.h"
+#include "surfel/occluders.h"
+
+namespace surflect::ulr {
+
+// Directions of lights as those of views.
+std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const capture::Light> lights);
+
+// Part of the element around each surfel that each light reaches, 0..1 as in VisibilityWeights with a column
+// for each light: 1 in light, 0 in a cast or attached shadow, between at the shadow's edge within
+// visibilityRadius. Throws Cancelled.
+VisibilityWeights lightVisibility(const SurfelCloud& cloud, const Occluders& occluders,
+                                  std::span<const capture::Light> lights, const Progress& progress = {});
+
+} // namespace surflect::ulr
