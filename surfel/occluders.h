@@ -1,4 +1,4 @@
-// What casts shadows in a cloud: the opaque discs of one level of detail, coarse enough for rays to be fast.
+// Occluders: opaque discs that cast the shadows of a cloud, from a level of detail coarse enough for fast rays.
 #pragma once
 
 #include "surfel/cloud.h"

@@ -36,13 +36,11 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapol
       foreshortened_(weighsPairs_ && lightBlend(field, options).foreshortened),
       count_(options.nearest ? 1 : options.pairs), weightError_(options.weightError),
       views_(field, batch, weighsPairs_ ? withNearViews(options, kNear) : options), lights_(field.rig.lights),
-      nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights),
-      numbers_(field.columns.size() * field.rig.lights.size(), -1) {
+      nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights) {
   for (uint32_t view = 0; view < field.columns.size(); ++view) {
     firstPair_.push_back(pairs_.size());
     const auto& lights = field.columns[view];
     for (uint32_t column = 0; column < lights.size(); ++column) {
-      numbers_[view * field.rig.lights.size() + lights[column]] = static_cast<int32_t>(pairs_.size());
       pairs_.push_back({view, column, lights[column]});
     }
   }
@@ -123,7 +121,7 @@ ulr::BlendSet PairWeights::separateBlend(const Direction3<AcquisitionSpace>& tow
 // depends on the view or the light alone is computed once, and half vectors by
 //   |h - g|^2 = |h|^2 + |g|^2 - 2 h . g,   h = (l + v) / m,   |l + v|^2 = 2 + 2 l . v
 std::array<float, PairWeights::kNear * PairWeights::kNear>
-PairWeights::squaredDistances(const Asked& asked) const {
+PairWeights::squaredDistances(const LightQuery& asked) const {
   const Vec3<float> light = asked.towards.raw(), view = batch_.towardsView[query_].raw(),
                     half = ulr::halfVector(light, view);
   const auto square = [](float x) { return x * x; };
@@ -155,7 +153,7 @@ PairWeights::squaredDistances(const Asked& asked) const {
 
 // Pairs of the nearest views and lights, by their distance from the requested pair. A pair leaves the blend
 // as its distance grows, or as the confidence in its view or light falls.
-ulr::BlendSet PairWeights::nearBlend(const Asked& asked) const {
+ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
   if (nearViews_.size == 0) return {};
   std::array<float, kNear* kNear> penalties = squaredDistances(asked);
   for (float& penalty : std::span(penalties).first(kNear * nearViews_.size))
@@ -163,8 +161,9 @@ ulr::BlendSet PairWeights::nearBlend(const Asked& asked) const {
   const auto confidenceOf = [&](size_t pair) {
     return nearViews_.confidence[pair / kNear] * nearLights_.confidence[pair % kNear];
   };
-  const auto numberOf = [&](size_t pair) {
-    return numbers_[nearViews_.index[pair / kNear] * lights_.size() + nearLights_.index[pair % kNear]];
+  const auto numberOf = [&](size_t pair) { // every view has every light
+    return static_cast<uint32_t>(firstPair_[nearViews_.index[pair / kNear]]) +
+           nearLights_.index[pair % kNear];
   };
   ulr::NearestCandidates nearest(count_);
   for (size_t v = 0; v < nearViews_.size; ++v)
@@ -193,13 +192,13 @@ ulr::BlendSet PairWeights::nearBlend(const Asked& asked) const {
   } else {
     weights = ulr::ulrWeights(nearest);
   }
-  for (ulr::Blended& blended : weights) blended.index = static_cast<uint32_t>(numberOf(blended.index));
+  for (ulr::Blended& blended : weights) blended.index = numberOf(blended.index);
   return weights;
 }
 
 // Foreshortening f of a blend. A light that does not reach the surfel has no cosine, so that lit photographs
 // also answer for shadow where there are no others.
-float PairWeights::foreshorteningOf(const ulr::BlendSet& blend, const Asked& asked) const {
+float PairWeights::foreshorteningOf(const ulr::BlendSet& blend, const LightQuery& asked) const {
   float blended = 0;
   for (const auto& [number, weight] : blend) {
     const uint32_t light = pairs_[number].light;
@@ -210,7 +209,8 @@ float PairWeights::foreshorteningOf(const ulr::BlendSet& blend, const Asked& ask
                              blended);
 }
 
-PairWeights::Blend PairWeights::blendOf(const Asked& asked, const ulr::NearestCandidates& nearestLights) {
+PairWeights::Blend PairWeights::blendOf(const LightQuery& asked,
+                                        const ulr::NearestCandidates& nearestLights) {
   if (nearestLights.sorted().empty()) return {};
   Blend blend;
   if (!weighsPairs_) {
@@ -229,8 +229,8 @@ PairWeights::Blend PairWeights::blendOf(const Asked& asked, const ulr::NearestCa
 
 PairWeights::Blend PairWeights::blend(size_t l) {
   const size_t entry = query_ * batch_.lights + l;
-  const Asked asked{batch_.towardsLight[entry], batch_.extrapolationOf(l),
-                    batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
+  const LightQuery asked{batch_.towardsLight[entry], batch_.extrapolationOf(l),
+                         batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
   if (!weighsPairs_ || !nearestOfLight_[l].isPrecise(lane_))
     return blendOf(asked, nearestLights(asked.towards));
   return blendOf(asked, nearestOfLight_[l].candidates(lane_));

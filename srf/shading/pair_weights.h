@@ -84,29 +84,30 @@ private:
     std::array<Direction3<AcquisitionSpace>, kNear> towards;
     std::array<float, kNear> confidence; // falls to 0 where one leaves the nearest
     std::array<float, kNear> reached;    // shadow states of lights
-    void add(uint32_t which, const Direction3<AcquisitionSpace>& direction, float trust, float light = 1) {
-      index[size] = which;
+    void add(uint32_t source, const Direction3<AcquisitionSpace>& direction, float trust,
+             float shadowState = 1) {
+      index[size] = source;
       towards[size] = direction;
       confidence[size] = trust;
-      reached[size++] = light;
+      reached[size++] = shadowState;
     }
   };
-  // What is asked for.
-  struct Asked {
-    Direction3<AcquisitionSpace> towards; // light
+  // Light of a query, for which photographs are blended.
+  struct LightQuery {
+    Direction3<AcquisitionSpace> towards;
     ulr::LightExtrapolation extrapolation;
     std::optional<float> reached; // shadow state; empty: states are not used
   };
 
-  Blend blendOf(const Asked& asked, const ulr::NearestCandidates& nearestLights);
+  Blend blendOf(const LightQuery& asked, const ulr::NearestCandidates& nearestLights);
   ulr::NearestCandidates nearestLights(const Direction3<AcquisitionSpace>& towards) const;
   void setNearViews(const ulr::NearestCandidates& nearest, const BestView& best);
   void setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows);
   ulr::BlendSet separateBlend(const Direction3<AcquisitionSpace>& towards) const;
   // Squared distances of the pairs of nearViews_ and nearLights_ from the requested one, kNear for each view.
-  std::array<float, kNear * kNear> squaredDistances(const Asked& asked) const;
-  ulr::BlendSet nearBlend(const Asked& asked) const;
-  float foreshorteningOf(const ulr::BlendSet& blend, const Asked& asked) const;
+  std::array<float, kNear * kNear> squaredDistances(const LightQuery& asked) const;
+  ulr::BlendSet nearBlend(const LightQuery& asked) const;
+  float foreshorteningOf(const ulr::BlendSet& blend, const LightQuery& asked) const;
   float reachedBy(uint32_t light) const {
     return ulr::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[light]);
   }
@@ -125,9 +126,8 @@ private:
   std::vector<ulr::QueryBlends> nearestOfLight_; // per light of a query
   std::vector<Pair> pairs_;
   std::vector<size_t> firstPair_; // number of each view's first pair
-  std::vector<int32_t> numbers_;  // of pairs, by view and light; -1: not photographed
   size_t begin_ = 0;
-  // Of the selected query.
+  // State of the selected query.
   size_t query_ = 0, lane_ = 0;
   uint32_t surfel_ = 0;
   Normal3<AcquisitionSpace> normal_;
