@@ -1,4 +1,5 @@
-// Occluders: opaque discs that cast the shadows of a cloud, from a level of detail coarse enough for fast rays.
+// Occluders: opaque discs that cast the shadows of a cloud, from a level of detail coarse enough for fast
+// rays.
 #pragma once
 
 #include "surfel/cloud.h"
