@@ -1,7 +1,5 @@
 #include "srf/capture/origin.h"
 
-#include "surfel/math/median.h"
-
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
@@ -60,7 +58,9 @@ double pixelFootprint(const Capture& capture, const Point& point) {
         lens.model == Lens::Model::orthographic ? 1 : length(view.camera.center() - point);
     footprints.push_back(distance / std::sqrt(lens.focalX * lens.focalY));
   }
-  return median(std::move(footprints));
+  const auto quartile = footprints.begin() + static_cast<std::ptrdiff_t>((footprints.size() - 1) / 4);
+  std::ranges::nth_element(footprints, quartile);
+  return *quartile;
 }
 
 double roundingInPixels(const Capture& capture, const Point& point) {

@@ -12,10 +12,11 @@ namespace surflect::capture {
 // if all look along one line.
 std::optional<Point3<AcquisitionSpace, double>> whereAxesMeet(const Capture& capture);
 
-// Size of one pixel at a point, scene units; the median over views.
+// Size of one pixel at a point, scene units; the lower quartile over views, so that views from far away do
+// not hide the detail that others show.
 double pixelFootprint(const Capture& capture, const Point3<AcquisitionSpace, double>& point);
 
-// Largest error of a coordinate of a point by rounding to float, in pixels of the median view.
+// Largest error of a coordinate of a point by rounding to float, in pixels of that size.
 double roundingInPixels(const Capture& capture, const Point3<AcquisitionSpace, double>& point);
 
 // Point that cameras look at: where their axes meet, or else the centre of the cameras. None for a single

@@ -1,5 +1,7 @@
 #include "srf/ulr/visibility_weights.h"
 
+#include "srf/ulr/resolution_fade.h"
+
 #include "surfel/geometry/neighbors.h"
 
 #include <tbb/parallel_for.h>
@@ -173,12 +175,19 @@ VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
                                  visibilityRadius(cloud), progress);
   forRuns(cloud.size(), "view fades", progress, [&](size_t begin, size_t end) {
     std::vector<float> visibility(views.size());
+    std::vector<double> weights(views.size()), densities(views.size());
     for (size_t i = begin; i < end; ++i) {
       const auto n = normalOf(cloud, i);
       votes.at(cloud.p0[i], n, visibility);
+      double best = 0;
+      for (size_t view = 0; view < views.size(); ++view) {
+        weights[view] = visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]);
+        densities[view] = samplingDensity(views[view], viewpoints[view], cloud.p0[i].cast<double>());
+        best = std::max(best, weights[view] * densities[view]);
+      }
       for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] = VisibilityWeights::encode(
-            visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]));
+        result.values[i * views.size() + view] =
+            VisibilityWeights::encode(weights[view] * resolutionFade(densities[view], best));
     }
   });
   return result;

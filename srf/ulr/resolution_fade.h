@@ -1,0 +1,34 @@
+// Fade of views that sample a surfel too coarsely, as seen from far away or through a short lens. ULR alone
+// would blend a distant view with a near one whenever its direction is nearer.
+//
+//   d_i = f_x f_y / r^2,   d* = max_i s_i d_i,   fade_i = min(1, 2 d_i / d*)^2
+//
+// Symbols: d_i density of view i, in pixels on a unit of area that faces it, f_x, f_y focal lengths in
+// pixels, r distance; s_i visibility weight without this fade; d* density of the best view. Buehler adds a
+// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it keeps the weight of a view that is met
+// and costs no time when rendering. Views of up to 1.4 times the distance of the best one do not fade.
+//
+// [Buehler 2001] Buehler, Bosse, McMillan, Gortler, Cohen: Unstructured Lumigraph Rendering, SIGGRAPH.
+#pragma once
+
+#include "srf/capture/camera.h"
+
+#include <algorithm>
+
+namespace surflect::ulr {
+
+// d_i at a point.
+inline double samplingDensity(const capture::Camera<AcquisitionSpace>& camera,
+                              const capture::Viewpoint<AcquisitionSpace>& viewpoint,
+                              const Point3<AcquisitionSpace, double>& point) {
+  const double unit = viewpoint.isDistant() ? 1 : viewpoint.distance(point);
+  return camera.lens.focalX * camera.lens.focalY / (unit * unit);
+}
+
+inline double resolutionFade(double density, double best) {
+  if (!(best > 0)) return 1;
+  const double share = std::min(1.0, 2 * density / best);
+  return share * share;
+}
+
+} // namespace surflect::ulr
