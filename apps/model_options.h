@@ -41,13 +41,25 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
       .add_option(
           "--interpolation", options.interpolation,
           "how photographs are weighted: by cameras and lights apart (paper: as published), or by pairs of "
-          "them; default: separate")
+          "them; default: the model's")
       ->option_text("paper, separate, pairs or kriging")
       ->transform(CLI::Transformer(
           std::map<std::string, ulr::Interpolation>{{"paper", ulr::Interpolation::paper},
                                                     {"separate", ulr::Interpolation::separate},
                                                     {"pairs", ulr::Interpolation::pairs},
                                                     {"kriging", ulr::Interpolation::kriging}}));
+  command
+      .add_option("--reciprocity", options.reciprocal,
+                  "under kriging, let photographs also answer for camera and light exchanged; default: the "
+                  "model's")
+      ->option_text("on or off")
+      ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
+  command
+      .add_option("--shadows", options.shadows,
+                  "under pairs and kriging, find shadows by rays, and let photographs in light and in shadow "
+                  "answer apart; default: the model's")
+      ->option_text("on or off")
+      ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
   command
       .add_option("--pairs", options.pairs,
                   "camera-light pairs blended under pairs or kriging, and where not all were captured")

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,32 @@ Json jsonOfChoice(const model::LightBlendSelection& choice) {
   return json;
 }
 
+Json jsonOfChoice(const model::InterpolationSelection& selection) {
+  Json json = {{"kind", nameOf(selection.choice.kind)},
+               {"half_scale", std::round(selection.choice.halfScale * 1e4) / 1e4},
+               {"reciprocal", selection.choice.reciprocal},
+               {"shadows", selection.choice.shadows}};
+  if (selection.leftOut) {
+    json["left_out_db"] = selection.leftOut->chosenDb;
+    json["left_out_separate_db"] = selection.leftOut->separateDb;
+  }
+  return json;
+}
+
+void announceInterpolation(const model::InterpolationSelection& selection) {
+  if (!selection.leftOut) return;
+  const auto& [chosen, separate] = *selection.leftOut;
+  if (selection.choice.kind == ulr::Interpolation::separate)
+    say(fmt::format("photographs: weighted by camera and light apart; one left out is told to {:.1f} dB",
+                    separate));
+  else
+    say(fmt::format("photographs: weighted by {}, half-vector scale {:.1f}{}{}; one left out is told to "
+                    "{:.1f} dB, by camera and light apart to {:.1f} dB",
+                    nameOf(selection.choice.kind), selection.choice.halfScale,
+                    selection.choice.reciprocal ? ", reciprocal" : "",
+                    selection.choice.shadows ? "" : ", without shadow rays", chosen, separate));
+}
+
 } // namespace
 
 Json jsonOf(const model::PackReport& report) {
@@ -63,6 +90,7 @@ Json jsonOf(const model::PackReport& report) {
       {"invalid_texels", report.invalidTexels},
       {"white", report.white},
       {"light_blend", jsonOfChoice(report.lightChoice)},
+      {"interpolation", jsonOfChoice(report.interpolation)},
       {"seconds",
        {{"surfels", report.surfelSeconds}, {"fades", report.fadeSeconds}, {"store", report.storeSeconds}}},
       {"memory_peak_bytes", memoryUse().peakBytes}};
@@ -103,6 +131,7 @@ void announce(const model::PackReport& report, const std::string& output) {
     say(fmt::format("lights: {} blended, by a {}{}; one left out is told by the others to {:.1f} dB",
                     blend.lights, nameOf(blend.fit), blend.foreshortened ? ", foreshortened" : "",
                     *leftOutDb));
+  announceInterpolation(report.interpolation);
 }
 
 } // namespace surflect

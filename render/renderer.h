@@ -24,10 +24,11 @@ namespace surflect::render {
 
 // A renderer ignores options that its method does not have.
 struct RendererOptions {
-  ulr::Interpolation interpolation = ulr::Interpolation::separate;
   size_t cameras = 3; // blended per place, 1..kMaxBlended
   size_t pairs = 4;   // camera-light pairs blended instead, where not all were captured
-  // Override the light blend that the model states (LightBlend).
+  // Override the model's choices (InterpolationChoice, LightBlend).
+  std::optional<ulr::Interpolation> interpolation = {};
+  std::optional<bool> reciprocal = {}, shadows = {};
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};
   std::optional<bool> foreshortened = {};

@@ -183,8 +183,10 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
   progress("view files", 1);
   const auto [cloud, visibility] = dollSurface(size.surfels, size.seed, cameras, progress);
   const ulr::LightBlend blend{4, ulr::LightFit::mean, false};
-  model::writeModel(folder, {rig, cloud, visibility, DollBlocks::kWhite, DollBlocks::kTolerance, blend},
-                    progress);
+  model::writeModel(
+      model::makeModel(folder, {rig, cloud, visibility, DollBlocks::kWhite, DollBlocks::kTolerance, blend},
+                       progress),
+      progress);
 }
 
 } // namespace surflect::bench

@@ -1,5 +1,7 @@
 #include "render/surfels/cast_shadows.h"
 
+#include "srf/ulr/light_visibility.h"
+
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
@@ -39,8 +41,9 @@ void CastShadows::fill(const DeformedCloud& deformed, std::span<const uint32_t> 
       const double distance = isDistant ? std::numeric_limits<double>::infinity() : way.norm();
       const auto towards =
           assume<Direction3<ObjectSpace, double>>(isDistant ? way : Vec3<double>(way / distance));
+      const auto lit = static_cast<float>(ulr::terminatorFade(dot(normal, towards)));
       batch.reached[query * lights_.size() + l] =
-          isHidden(caster_, p, normal, towards, distance, clearance) ? 0 : 1;
+          lit > 0 && !isHidden(caster_, p, normal, towards, distance, clearance) ? lit : 0;
     }
   });
 }

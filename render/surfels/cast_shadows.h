@@ -16,8 +16,8 @@ public:
   CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
               const Progress& progress = {});
 
-  // Fills batch.reached, with 0 or 1, for queries at these surfels of a deformed cloud. Lights of an
-  // environment are not asked.
+  // Fills batch.reached, with 0 or terminatorFade, for queries at these surfels of a deformed cloud. Lights
+  // of an environment are not asked.
   void fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
             shading::QueryBatch& batch) const;
 

@@ -136,8 +136,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.lights = scene.lights.size() - prepared.size();
   for (const PreparedEnvironment* environment : prepared)
     (environment->table ? stats.tabulatedLights : stats.lights) += environment->lights.size();
-  if (field.isFullProduct && options.shade.weighsPairs())
-    stats.pairLights = scene.lights.size() - prepared.size();
+  if (shading::weighsPairs(field, options.shade)) stats.pairLights = scene.lights.size() - prepared.size();
   StageClock clock(stats);
   if (options.surfelSize > 0)
     cut =
@@ -149,7 +148,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   clock.finish("warp");
 
   std::optional<CastShadows> shadows;
-  if (stats.pairLights > 0 && field.lightVisibility && field.levels) {
+  if (options.shadows.value_or(field.interpolation.shadows) && stats.pairLights > 0 &&
+      field.lightVisibility && field.levels) {
     if (!occluders) occluders = occludersOf(field.cloud, *field.levels);
     shadows.emplace(*occluders, field.cloud, scene, progress);
     stats.occluders = occluders->surfels.size();
@@ -188,6 +188,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   shading::Shaded shaded = shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
                                           [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
+  stats.unmatchedShadows = shaded.unmatchedShadows;
 
   if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);

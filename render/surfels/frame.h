@@ -36,8 +36,9 @@ struct FrameStats {
   size_t cloud = 0;   // surfels of the model
   size_t surfels = 0; // warped and projected
   size_t visible = 0, unseen = 0;
-  size_t covered = 0; // pixels in blocks of 4 x 4 that splats may reach
-  size_t queries = 0; // fewer than visible surfels where patches share weights
+  size_t unmatchedShadows = 0; // as in Shaded
+  size_t covered = 0;          // pixels in blocks of 4 x 4 that splats may reach
+  size_t queries = 0;          // fewer than visible surfels where patches share weights
   // Lights per query: those of the scene, and those that stand for its environments. Lights of an environment
   // with a light table, which cost less, count as tabulated.
   size_t lights = 0, tabulatedLights = 0;
@@ -54,6 +55,9 @@ struct FrameStats {
 struct FrameOptions {
   shading::ShadeOptions shade;
   splat::SplatOptions splats;
+  // Overrides whether shadows are found by rays where photographs are weighted by pairs; see CastShadows and
+  // InterpolationChoice.
+  std::optional<bool> shadows = {};
   // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
   double surfelSize = 0;
   // Most surfels that share the weights of cameras and lights; see Patches.

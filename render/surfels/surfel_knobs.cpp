@@ -51,7 +51,8 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
     knobs.push_back({{name, meaning, std::move(values)}, preview, apply});
   };
   const bool isLit = !field.rig.lights.empty(), isProduct = field.isFullProduct || !isLit;
-  if (isLit && full.shade.interpolation == shading::Interpolation::kriging)
+  if (shading::weighsPairs(field, full.shade) &&
+      shading::interpolationOf(field, full.shade) == shading::Interpolation::kriging)
     add("interpolation",
         "weights of photographs. 2: kriging of camera-light pairs; 1: pairs by ULR; 0: cameras and lights "
         "apart",

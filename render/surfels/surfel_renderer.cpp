@@ -20,8 +20,11 @@ std::string identityOf(const model::Model& model, const FrameOptions& options) {
                   options.shade.cameras, blend.lights, nameOf(blend.fit),
                   blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
                   bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
-  if (options.shade.interpolation != ulr::Interpolation::separate)
-    identity += fmt::format(" {}", nameOf(options.shade.interpolation));
+  if (const ulr::Interpolation kind = shading::interpolationOf(model, options.shade);
+      kind != ulr::Interpolation::separate)
+    identity += fmt::format(" {}", nameOf(kind));
+  if (options.shade.reciprocal) identity += *options.shade.reciprocal ? " reciprocal" : " not reciprocal";
+  if (options.shadows) identity += *options.shadows ? " shadows" : " no shadows";
   if (options.shade.weightError > 0) identity += fmt::format(" weight-error {}", options.shade.weightError);
   if (options.environmentError > 0)
     identity += fmt::format(" environment-error {}", options.environmentError);
@@ -49,6 +52,7 @@ render::FrameReport reportOf(const FrameStats& stats, const FrameOptions& option
        {"surfels.drawn", count(stats.splats.drawn)},
        {"surfels.visible", count(stats.visible)},
        {"surfels.unseen", count(stats.unseen)},
+       {"shadows.unmatched", count(stats.unmatchedShadows)},
        {"surfels.dead", count(stats.splats.dead)},
        {"surfels.not_finite", count(stats.splats.notFinite)},
        {"surfels.back_facing", count(stats.splats.backFacing)},
@@ -65,11 +69,13 @@ FrameOptions frameOptions(const render::RendererOptions& options) {
   FrameOptions frame;
   frame.shade.cameras = options.cameras;
   frame.shade.interpolation = options.interpolation;
+  frame.shade.reciprocal = options.reciprocal;
   frame.shade.pairs = options.pairs;
   frame.shade.lights = options.lights;
   frame.shade.lightFit = options.lightFit;
   frame.shade.foreshortened = options.foreshortened;
   frame.shade.nearest = options.nearest;
+  frame.shadows = options.shadows;
   frame.splats.lowPass = options.lowPass;
   return frame;
 }

@@ -26,6 +26,11 @@ Json jsonOf(const Manifest& manifest) {
                 {{"lights", manifest.lightBlend.lights},
                  {"fit", ulr::nameOf(manifest.lightBlend.fit)},
                  {"foreshortened", manifest.lightBlend.foreshortened}}},
+               {"interpolation",
+                {{"kind", ulr::nameOf(manifest.interpolation.kind)},
+                 {"half_scale", std::round(manifest.interpolation.halfScale * 1e4) / 1e4},
+                 {"reciprocal", manifest.interpolation.reciprocal},
+                 {"shadows", manifest.interpolation.shadows}}},
                {"surfels", manifest.surfels},
                {"views", manifest.views},
                {"lights", manifest.lights},
@@ -74,18 +79,40 @@ size_t countOf(const Json& object, const char* key) {
   return value.get<size_t>();
 }
 
+bool flagOf(const Json& object, const char* key, const char* field) {
+  const Json& value = member(object, key);
+  if (!value.is_boolean()) throw mismatch("true or false", value).at(field);
+  return value.get<bool>();
+}
+
 ulr::LightBlend lightBlendOf(const Json& json) {
   const Json& blend = member(json, "light_blend");
   const size_t lights = countOf(blend, "lights");
   if (lights < 1 || lights > ulr::kMaxBlended)
     throw mismatch(("a count from 1 to " + std::to_string(ulr::kMaxBlended)).c_str(), member(blend, "lights"))
         .at("light_blend.lights");
-  const Json& foreshortened = member(blend, "foreshortened");
-  if (!foreshortened.is_boolean())
-    throw mismatch("true or false", foreshortened).at("light_blend.foreshortened");
+  const bool foreshortened = flagOf(blend, "foreshortened", "light_blend.foreshortened");
   for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane})
-    if (member(blend, "fit") == ulr::nameOf(fit)) return {lights, fit, foreshortened.get<bool>()};
+    if (member(blend, "fit") == ulr::nameOf(fit)) return {lights, fit, foreshortened};
   throw mismatch("\"mean\" or \"plane\"", member(blend, "fit")).at("light_blend.fit");
+}
+
+// Choice that the manifest states; that of models before there was one if it states none.
+ulr::InterpolationChoice interpolationOf(const Json& json) {
+  const Json& stated = member(json, "interpolation");
+  if (stated.is_null()) return {};
+  ulr::InterpolationChoice choice;
+  if (const double half = numberOf(stated, "half_scale"); half >= 0.01 && half <= 100)
+    choice.halfScale = static_cast<float>(half);
+  else
+    throw mismatch("a number from 0.01 to 100", member(stated, "half_scale")).at("interpolation.half_scale");
+  choice.reciprocal = flagOf(stated, "reciprocal", "interpolation.reciprocal");
+  choice.shadows = flagOf(stated, "shadows", "interpolation.shadows");
+  for (const ulr::Interpolation kind : {ulr::Interpolation::separate, ulr::Interpolation::kriging}) {
+    choice.kind = kind;
+    if (member(stated, "kind") == ulr::nameOf(kind)) return choice;
+  }
+  throw mismatch("\"separate\" or \"kriging\"", member(stated, "kind")).at("interpolation.kind");
 }
 
 Json parse(std::string_view text) {
@@ -115,6 +142,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.white = numberOf(json, "white");
     manifest.tolerance = numberOf(json, "tolerance");
     manifest.lightBlend = lightBlendOf(json);
+    manifest.interpolation = interpolationOf(json);
     manifest.surfels = countOf(json, "surfels");
     manifest.views = countOf(json, "views");
     manifest.lights = countOf(json, "lights");

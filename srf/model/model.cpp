@@ -244,6 +244,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   model.white = manifest.white;
   model.tolerance = manifest.tolerance;
   model.lightBlend = manifest.lightBlend;
+  model.interpolation = manifest.interpolation;
 
   // Each file is read once. Files do not wait for each other: fades are unpacked for the numbers of surfels
   // and views that the manifest states, which are checked afterwards.
@@ -324,35 +325,53 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   return model;
 }
 
-void writeModel(const std::filesystem::path& folder, const ModelContent& content, const Progress& progress) {
-  capture::writeCapture(content.rig, folder);
-  writeCloud(folder / kSurfelFile, content.cloud);
+Model makeModel(const std::filesystem::path& folder, ModelContent content, const Progress& progress) {
+  Model model;
+  model.folder = folder;
+  model.rig = std::move(content.rig);
+  model.cloud = std::move(content.cloud);
+  model.middle = middleOf(model.cloud.p0);
+  model.levels = levelsOfDetail(model.cloud, progress);
+  model.visibility = std::move(content.visibility);
+  if (!model.rig.lights.empty())
+    model.lightVisibility = ulr::lightVisibility(model.cloud, occludersOf(model.cloud, *model.levels),
+                                                 model.rig.lights, progress);
+  for (size_t view = 0; view < model.rig.views.size(); ++view)
+    model.files.emplace_back(folder / viewFilePath(view));
+  model.columns = columnsOf(model.rig);
+  model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
+  model.white = content.white;
+  model.tolerance = content.tolerance;
+  model.lightBlend = content.lightBlend;
+  return model;
+}
+
+void writeModel(const Model& model, const Progress& progress) {
+  const std::filesystem::path& folder = model.folder;
+  const auto checksumOf = [&](const char* file) {
+    return hex(contentHash(readFile(folder / file, kLargestFile, progress)));
+  };
+  capture::writeCapture(model.rig, folder);
+  writeCloud(folder / kSurfelFile, model.cloud);
   progress.checkpoint();
-  writeFileAtomically(folder / kFadeFile, packVisibility(content.visibility, progress));
-  const LevelsOfDetail levels = levelsOfDetail(content.cloud, progress);
-  writeFileAtomically(folder / kLevelFile, packLevels(levels));
-  std::string shadows;
-  if (!content.rig.lights.empty()) {
-    writeFileAtomically(folder / kShadowFile,
-                        packVisibility(ulr::lightVisibility(content.cloud, occludersOf(content.cloud, levels),
-                                                            content.rig.lights, progress),
-                                       progress));
-    shadows = hex(contentHash(readFile(folder / kShadowFile, kLargestFile, progress)));
-  }
-  Manifest manifest{.white = content.white,
-                    .tolerance = content.tolerance,
-                    .lightBlend = content.lightBlend,
-                    .surfels = content.cloud.size(),
-                    .views = content.rig.views.size(),
-                    .lights = content.rig.lights.size(),
-                    .rig = hex(contentHash(readFile(folder / kRigFile, kLargestFile, progress))),
-                    .cloud = hex(contentHash(readFile(folder / kSurfelFile, kLargestFile, progress))),
-                    .visibility = hex(contentHash(readFile(folder / kFadeFile, kLargestFile, progress))),
-                    .levels = hex(contentHash(readFile(folder / kLevelFile, kLargestFile, progress))),
-                    .shadows = shadows,
+  writeFileAtomically(folder / kFadeFile, packVisibility(model.visibility, progress));
+  if (model.levels) writeFileAtomically(folder / kLevelFile, packLevels(*model.levels));
+  if (model.lightVisibility)
+    writeFileAtomically(folder / kShadowFile, packVisibility(*model.lightVisibility, progress));
+  Manifest manifest{.white = model.white,
+                    .tolerance = model.tolerance,
+                    .lightBlend = model.lightBlend,
+                    .interpolation = model.interpolation,
+                    .surfels = model.cloud.size(),
+                    .views = model.rig.views.size(),
+                    .lights = model.rig.lights.size(),
+                    .rig = checksumOf(kRigFile),
+                    .cloud = checksumOf(kSurfelFile),
+                    .visibility = checksumOf(kFadeFile),
+                    .levels = model.levels ? checksumOf(kLevelFile) : "",
+                    .shadows = model.lightVisibility ? checksumOf(kShadowFile) : "",
                     .viewChecksums = {}};
-  for (size_t view = 0; view < content.rig.views.size(); ++view)
-    manifest.viewChecksums.push_back(hex(codec::ViewFile(folder / viewFilePath(view)).checksum()));
+  for (const codec::ViewFile& file : model.files) manifest.viewChecksums.push_back(hex(file.checksum()));
   writeFileAtomically(folder / kManifestFile, manifestText(manifest));
 }
 

@@ -18,17 +18,22 @@ using Model = shading::ReflectanceField;
 // Opens a packed model. Throws Error naming file and field, and Cancelled.
 Model openModel(const std::filesystem::path& folder, const Progress& progress = {});
 
-// Content of a model apart from its view files, which must exist already. Levels of detail are built from the
-// cloud. The manifest is written last: a folder without one is unfinished.
+// Content of a model from which the rest follows.
 struct ModelContent {
-  const capture::Capture& rig;
-  const SurfelCloud& cloud;
-  const ulr::VisibilityWeights& visibility;
+  capture::Capture rig;
+  SurfelCloud cloud;
+  ulr::VisibilityWeights visibility;
   double white, tolerance;
   ulr::LightBlend lightBlend;
 };
-void writeModel(const std::filesystem::path& folder, const ModelContent& content,
-                const Progress& progress = {});
+
+// Makes a model in a folder that has its view files already: with levels of detail, shadow states and open
+// files, but without identity, as it has not been written. Throws Error as ViewFile, and Cancelled.
+Model makeModel(const std::filesystem::path& folder, ModelContent content, const Progress& progress = {});
+
+// Writes a model into its folder, which has the view files already. The manifest is written last: a folder
+// without one is unfinished. Throws Error and Cancelled.
+void writeModel(const Model& model, const Progress& progress = {});
 
 // Returns views/0007.srfb for view 7.
 std::filesystem::path viewFilePath(size_t view);

@@ -156,10 +156,15 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     report.invalidTexels += loaded.invalidTexels;
   }
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
-  writeModel(
+  Model model = makeModel(
       folder,
       {rigOf(capture, frames), cloud, visibility, store.white, store.tolerance, surveyed->lights.blend},
       progress);
+  report.interpolation =
+      selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);
+  model.interpolation = report.interpolation.choice;
+  if (report.interpolation.leftOut) model.lightBlend.foreshortened = report.interpolation.foreshortened;
+  writeModel(model, progress);
   report.storeSeconds = storeWatch.seconds();
   progress("reflectance images", 1);
   return report;

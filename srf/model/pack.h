@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/codec/view_encoder.h"
+#include "srf/model/interpolation_selection.h"
 #include "srf/model/light_blend_selection.h"
 #include "srf/model/pack_estimate.h"
 #include "srf/model/pack_source.h"
@@ -32,6 +33,7 @@ struct PackReport {
   std::vector<std::string> views; // identities of the views
   double white = 0;
   LightBlendSelection lightChoice;
+  InterpolationSelection interpolation;
   size_t invalidTexels = 0; // NaN or infinite texels in the photographs of views that were not resumed
   std::vector<codec::ViewSummary> ofView; // one for each of `views`, resumed ones included
   codec::ViewSummary store;               // sum of `ofView`

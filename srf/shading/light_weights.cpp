@@ -61,8 +61,18 @@ ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& op
           options.foreshortened.value_or(field.lightBlend.foreshortened), options.weightError};
 }
 
+Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions& options) {
+  return options.interpolation.value_or(field.interpolation.kind);
+}
+
+bool weighsPairs(const ReflectanceField& field, const ShadeOptions& options) {
+  const Interpolation interpolation = interpolationOf(field, options);
+  return !field.rig.lights.empty() && !options.nearest &&
+         (interpolation == Interpolation::pairs || interpolation == Interpolation::kriging);
+}
+
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options) {
-  return field.rig.lights.empty() || (field.isFullProduct && !options.weighsPairs());
+  return field.rig.lights.empty() || (field.isFullProduct && !weighsPairs(field, options));
 }
 
 std::vector<Direction3<AcquisitionSpace, double>> lightDirections(const ReflectanceField& field) {

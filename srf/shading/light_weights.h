@@ -36,6 +36,13 @@ std::vector<float> environmentBrightness(const QueryBatch& batch);
 // The light blend that the options ask for, or else the model's.
 ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options);
 
+// The interpolation that the options ask for, or else the model's.
+Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if camera and light of a pair are weighted together, by the distance of the pair from the requested
+// one: pairs or kriging.
+bool weighsPairs(const ReflectanceField& field, const ShadeOptions& options);
+
 // True if cameras and lights are weighted separately for all lights but environments. Environments always are
 // if every camera has every light.
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);

@@ -28,15 +28,46 @@ float nearness(float penalty, float least, float threshold) {
 
 } // namespace
 
+ulr::KrigingScales scalesOf(const ReflectanceField& field, const ShadeOptions& options, float reached) {
+  if (interpolationOf(field, options) == Interpolation::pairs)
+    return {.half = 0.125f, .light = 1, .view = 1, .shadow = 0.35355339f};
+  constexpr ulr::KrigingScales inShadow{.half = 0.8f, .light = 1, .view = 1};
+  const ulr::KrigingScales lit{.half = field.interpolation.halfScale};
+  const auto between = [&](float ofShadow, float ofLight) { // 1 / scale^2 is linear in the state
+    return 1 / std::sqrt((1 - reached) / (ofShadow * ofShadow) + reached / (ofLight * ofLight));
+  };
+  return {between(inShadow.half, lit.half), between(inShadow.light, lit.light),
+          between(inShadow.view, lit.view), lit.shadow};
+}
+
+bool isReciprocal(const ReflectanceField& field, const ShadeOptions& options) {
+  return weighsPairs(field, options) && interpolationOf(field, options) == Interpolation::kriging &&
+         options.reciprocal.value_or(field.interpolation.reciprocal) &&
+         lightBlend(field, options).foreshortened;
+}
+
+float exchangedConfidence(float cosine, float reached) {
+  return reached * static_cast<float>(ulr::grazingFade(cosine));
+}
+
 PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
-    : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
-      weighsPairs_(options.weighsPairs() && field.isFullProduct),
-      isKriging_(options.interpolation == Interpolation::kriging), scales_(scalesOf(options.interpolation)),
+    : field_(field), coverage_(coverage), batch_(batch), options_(options), nearest_(options.nearest),
+      weighsPairs_(shading::weighsPairs(field, options)), isSparse_(weighsPairs_ && !field.isFullProduct),
+      isKriging_(interpolationOf(field, options) == Interpolation::kriging),
+      litScales_(scalesOf(field, options, 1)), shadowScales_(scalesOf(field, options, 0)),
       foreshortened_(weighsPairs_ && lightBlend(field, options).foreshortened),
-      count_(options.nearest ? 1 : options.pairs), weightError_(options.weightError),
+      reciprocal_(isReciprocal(field, options)), count_(options.nearest ? 1 : options.pairs),
+      weightError_(options.weightError),
       views_(field, batch, weighsPairs_ ? withNearViews(options, kNear) : options), lights_(field.rig.lights),
       nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights) {
+  if (reciprocal_ && !isSparse_) {
+    std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints;
+    for (const capture::View& view : field.rig.views) viewpoints.emplace_back(view.camera);
+    for (size_t l = 0; l < batch.lights; ++l)
+      viewsNearLight_.emplace_back(ulr::sourcesOf(viewpoints), field.visibility);
+    nearestViewsOfLight_.resize(batch.lights);
+  }
   for (uint32_t view = 0; view < field.columns.size(); ++view) {
     firstPair_.push_back(pairs_.size());
     const auto& lights = field.columns[view];
@@ -48,7 +79,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapol
 
 void PairWeights::prepare(size_t begin, size_t count) {
   begin_ = begin;
-  if (!weighsPairs_) return;
+  if (!weighsPairs_ || isSparse_) return;
   views_.prepare(begin, count);
   std::array<Point3<AcquisitionSpace>, ulr::kQueryLanes> places;
   for (size_t lane = 0; lane < count; ++lane) places[lane] = field_.cloud.p0[batch_.surfels[begin + lane]];
@@ -58,7 +89,11 @@ void PairWeights::prepare(size_t begin, size_t count) {
     for (size_t lane = 0; lane < count; ++lane)
       towards[lane] = batch_.towardsLight[(begin + lane) * batch_.lights + l];
     nearLightsOf_.blend({towards.data(), count}, kNear, nearestOfLight_[l]);
+    if (reciprocal_)
+      nearestViewsOfLight_[l] = &viewsNearLight_[l].blend(
+          {batch_.surfels.data() + begin, count}, {places.data(), count}, {towards.data(), count}, kNear);
   }
+  if (reciprocal_) nearLightsOf_.blend({batch_.towardsView.data() + begin, count}, kNear, nearestOfView_);
 }
 
 BestView PairWeights::select(size_t lane) {
@@ -69,35 +104,82 @@ BestView PairWeights::select(size_t lane) {
   lights_.evaluateAll();
   normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(field_.cloud.r0[surfel_]).col(2));
   if (!weighsPairs_) return views_.computePenalties(query_);
+  if (isSparse_) {
+    const BestView best = views_.computePenalties(query_);
+    setAllViews(best);
+    return best;
+  }
   const auto [views, best] = views_.nearest(lane);
   setNearViews(views, best);
   return best;
 }
 
+float PairWeights::confidenceIn(uint32_t view, const Direction3<AcquisitionSpace>& towards, float penalty,
+                                const BestView& best) const {
+  const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
+  if (best.penalty <= ulr::kFallbackFrom) return seen;
+  const float angle = ulr::anglePenalty(towards, batch_.towardsView[query_]);
+  return std::max(seen, ulr::fallbackConfidence(angle, penalty)); // the view may be a fallback
+}
+
+void PairWeights::setAllViews(const BestView& best) {
+  towardsViews_.clear();
+  confidences_.clear();
+  for (uint32_t view = 0; view < field_.rig.views.size(); ++view) {
+    towardsViews_.push_back(views_.towards(view, query_));
+    confidences_.push_back(confidenceIn(view, towardsViews_[view], views_.penalty(view, 0), best));
+  }
+}
+
 void PairWeights::setNearViews(const ulr::NearestCandidates& nearest, const BestView& best) {
-  nearViews_.size = 0;
+  near_.viewers.size = 0;
   const auto sorted = nearest.sorted();
   if (sorted.empty()) return;
-  const auto visibility = field_.visibility.of(surfel_);
   const float threshold = ulr::thresholdPenalty(sorted, kNear);
   for (const auto& [view, penalty] : sorted.first(std::min(kNear, sorted.size()))) {
     const auto towards = views_.towards(view, query_);
-    float trust = ulr::VisibilityWeights::decode(visibility[view]);
-    if (best.penalty > ulr::kFallbackFrom) { // the view may be a fallback
-      const float angle = ulr::anglePenalty(towards, batch_.towardsView[query_]);
-      trust = std::max(trust, ulr::fallbackConfidence(angle, penalty));
-    }
-    nearViews_.add(view, towards, trust * nearness(penalty, sorted[0].penalty, threshold));
+    near_.viewers.add(view, towards,
+                      confidenceIn(view, towards, penalty, best) *
+                          nearness(penalty, sorted[0].penalty, threshold));
   }
 }
 
 void PairWeights::setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows) {
-  nearLights_.size = 0;
+  near_.lights.size = 0;
   const auto sorted = nearest.sorted();
   const float threshold = ulr::thresholdPenalty(sorted, kNear);
   for (const auto& [light, penalty] : sorted.first(std::min(kNear, sorted.size())))
-    nearLights_.add(light, lights_.towards(light), nearness(penalty, sorted[0].penalty, threshold),
-                    usesShadows ? reachedBy(light) : 1);
+    near_.lights.add(light, lights_.towards(light), nearness(penalty, sorted[0].penalty, threshold),
+                     usesShadows ? reachedBy(light) : 1);
+}
+
+// Viewers are the lights of the rig that are nearest to the requested viewer; lights are the views that are
+// nearest to the l-th light of the query, which they see as lit.
+void PairWeights::setExchanged(size_t l, bool usesShadows) {
+  if (!nearestOfView_.isPrecise(lane_) || !nearestViewsOfLight_[l]->isPrecise(lane_)) return;
+  const ulr::NearestCandidates lights = nearestOfView_.candidates(lane_),
+                               views = nearestViewsOfLight_[l]->candidates(lane_);
+  if (views.sorted().empty()) return;
+  const float ofLights = ulr::thresholdPenalty(lights.sorted(), kNear),
+              ofViews = ulr::thresholdPenalty(views.sorted(), kNear);
+  for (const auto& [light, penalty] : lights.sorted().first(std::min(kNear, lights.sorted().size()))) {
+    const auto towards = lights_.towards(light);
+    exchanged_.viewers.add(light, towards,
+                           nearness(penalty, lights.sorted()[0].penalty, ofLights) *
+                               exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
+                                                   usesShadows ? reachedBy(light) : 1));
+  }
+  const auto visibility = field_.visibility.of(surfel_);
+  for (const auto& [view, penalty] : views.sorted().first(std::min(kNear, views.sorted().size())))
+    exchanged_.lights.add(view, views_.towards(view, query_),
+                          nearness(penalty, views.sorted()[0].penalty, ofViews) *
+                              ulr::VisibilityWeights::decode(visibility[view]));
+}
+
+ulr::KrigingScales PairWeights::scalesFor(const LightQuery& asked) const {
+  const float reached = asked.reached.value_or(1);
+  if (reached <= 0) return shadowScales_;
+  return reached >= 1 ? litScales_ : scalesOf(field_, options_, reached);
 }
 
 ulr::NearestCandidates PairWeights::nearestLights(const Direction3<AcquisitionSpace>& towards) const {
@@ -117,29 +199,29 @@ ulr::BlendSet PairWeights::separateBlend(const Direction3<AcquisitionSpace>& tow
   return ulr::ulrWeights(nearest);
 }
 
-// As squaredDistance of pairPlaces, within 1e-6 / sigma_h^2 (2e-5 / sigma_h^2 near opposite directions): what
-// depends on the view or the light alone is computed once, and half vectors by
+// Without the shadow state, as squaredDistance of pairPlaces within 1e-6 / sigma_h^2 (2e-5 / sigma_h^2 near
+// opposite directions): what depends on the view or the light alone is computed once, and half vectors by
 //   |h - g|^2 = |h|^2 + |g|^2 - 2 h . g,   h = (l + v) / m,   |l + v|^2 = 2 + 2 l . v
 std::array<float, PairWeights::kNear * PairWeights::kNear>
-PairWeights::squaredDistances(const LightQuery& asked) const {
-  const Vec3<float> light = asked.towards.raw(), view = batch_.towardsView[query_].raw(),
-                    half = ulr::halfVector(light, view);
+PairWeights::NearPairs::squaredDistances(const LightQuery& asked, const Vec3<float>& towardsView,
+                                         const ulr::KrigingScales& scales) const {
+  const Vec3<float> light = asked.towards.raw(), half = ulr::halfVector(light, towardsView);
   const auto square = [](float x) { return x * x; };
-  const float ofHalf = 1 / square(scales_.half), ofLight = 1 / square(scales_.light),
-              ofView = 1 / square(scales_.view), ofShadow = 1 / square(scales_.shadow);
-  const float halfSquared = half.squaredNorm(), reached = asked.reached.value_or(1);
+  const float ofHalf = 1 / square(scales.half), ofLight = 1 / square(scales.light),
+              ofView = 1 / square(scales.view);
+  const float halfSquared = half.squaredNorm();
   std::array<float, kNear> x, y, z, alongHalf, own; // lights; `own` is what they add to the distance alone
   for (size_t l = 0; l < kNear; ++l) {
-    const Vec3<float> towards = nearLights_.towards[std::min(l, nearLights_.size - 1)].raw();
+    const size_t near = std::min(l, lights.size - 1);
+    const Vec3<float> towards = lights.towards[near].raw();
     x[l] = towards[0], y[l] = towards[1], z[l] = towards[2];
     alongHalf[l] = towards.dot(half);
-    own[l] = ofLight * (towards - light).squaredNorm() +
-             ofShadow * square(nearLights_.reached[std::min(l, nearLights_.size - 1)] - reached);
+    own[l] = ofLight * (towards - light).squaredNorm();
   }
   std::array<float, kNear * kNear> squared;
-  for (size_t v = 0; v < nearViews_.size; ++v) {
-    const Vec3<float> towards = nearViews_.towards[v].raw();
-    const float viewAlongHalf = towards.dot(half), ofThis = ofView * (towards - view).squaredNorm();
+  for (size_t v = 0; v < viewers.size; ++v) {
+    const Vec3<float> towards = viewers.towards[v].raw();
+    const float viewAlongHalf = towards.dot(half), ofThis = ofView * (towards - towardsView).squaredNorm();
     for (size_t l = 0; l < kNear; ++l) { // arithmetic without branches
       const float sum = std::max(0.f, 2 + 2 * (x[l] * towards[0] + y[l] * towards[1] + z[l] * towards[2]));
       const float inverse = 1 / std::max(std::sqrt(sum), ulr::kOppositeHalf);
@@ -151,49 +233,93 @@ PairWeights::squaredDistances(const LightQuery& asked) const {
   return squared;
 }
 
-// Pairs of the nearest views and lights, by their distance from the requested pair. A pair leaves the blend
-// as its distance grows, or as the confidence in its view or light falls.
-ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
-  if (nearViews_.size == 0) return {};
-  std::array<float, kNear* kNear> penalties = squaredDistances(asked);
-  for (float& penalty : std::span(penalties).first(kNear * nearViews_.size))
-    penalty = isKriging_ ? std::sqrt(penalty) : penalty / 2;
-  const auto confidenceOf = [&](size_t pair) {
-    return nearViews_.confidence[pair / kNear] * nearLights_.confidence[pair % kNear];
-  };
-  const auto numberOf = [&](size_t pair) { // every view has every light
-    return static_cast<uint32_t>(firstPair_[nearViews_.index[pair / kNear]]) +
-           nearLights_.index[pair % kNear];
-  };
-  ulr::NearestCandidates nearest(count_);
-  for (size_t v = 0; v < nearViews_.size; ++v)
-    for (size_t l = 0; l < nearLights_.size; ++l) {
+// Offers all pairs by their distance, numbered from `first`.
+void PairWeights::offerAll(const NearPairs& pairs, uint32_t first, const LightQuery& asked,
+                           const ulr::KrigingScales& scales, ulr::NearestCandidates& nearest) const {
+  if (pairs.isEmpty()) return;
+  const std::array<float, kNear* kNear> penalties =
+      pairs.squaredDistances(asked, batch_.towardsView[query_].raw(), scales);
+  std::array<float, kNear> apart; // difference of shadow states
+  for (size_t l = 0; l < pairs.lights.size; ++l)
+    apart[l] = std::abs(pairs.lights.reached[l] - asked.reached.value_or(1)) / scales.shadow;
+  for (size_t v = 0; v < pairs.viewers.size; ++v)
+    for (size_t l = 0; l < pairs.lights.size; ++l) {
       const size_t pair = kNear * v + l;
-      const float penalty = penalties[pair] / confidenceOf(pair);
-      nearest.offer({static_cast<uint32_t>(pair), penalty});
+      const float penalty = penaltyOf(penalties[pair], apart[l]);
+      nearest.offer({first + static_cast<uint32_t>(pair), penalty / pairs.confidence(pair)});
     }
-  ulr::BlendSet weights;
-  if (isKriging_) {
-    const auto sorted = nearest.sorted();
-    const size_t count = std::min(count_, sorted.size());
-    const float threshold =
-        sorted.size() > count ? sorted[count].penalty : std::numeric_limits<float>::infinity();
-    std::array<ulr::KrigingSample, ulr::kMaxBlended> samples;
-    for (size_t i = 0; i < count; ++i) {
-      const auto& [pair, distance] = sorted[i];
-      samples[i] = {pair,
-                    ulr::pairPlace(nearLights_.towards[pair % kNear], nearViews_.towards[pair / kNear],
-                                   nearLights_.reached[pair % kNear], scales_),
-                    ulr::nuggetOf(threshold > 0 ? distance / threshold : 0, confidenceOf(pair))};
-    }
-    weights =
-        ulr::krigingWeights({samples.data(), count}, ulr::pairPlace(asked.towards, batch_.towardsView[query_],
-                                                                    asked.reached.value_or(1), scales_));
-  } else {
-    weights = ulr::ulrWeights(nearest);
+}
+
+// A pair leaves the blend as its distance grows, or as the confidence in its view or light falls.
+template <class CandidateAt>
+ulr::BlendSet PairWeights::weightsOf(const ulr::NearestCandidates& nearest, const LightQuery& asked,
+                                     const ulr::KrigingScales& scales, const CandidateAt& candidateAt) const {
+  if (!isKriging_) {
+    ulr::BlendSet weights = ulr::ulrWeights(nearest);
+    for (ulr::Blended& blended : weights) blended.index = candidateAt(blended.index).number;
+    return weights;
   }
-  for (ulr::Blended& blended : weights) blended.index = numberOf(blended.index);
-  return weights;
+  const auto sorted = nearest.sorted();
+  const size_t count = std::min(count_, sorted.size());
+  const float threshold =
+      sorted.size() > count ? sorted[count].penalty : std::numeric_limits<float>::infinity();
+  std::array<ulr::KrigingSample, ulr::kMaxBlended> samples;
+  for (size_t i = 0; i < count; ++i) {
+    const Candidate candidate = candidateAt(sorted[i].index);
+    samples[i] = {candidate.number, candidate.place,
+                  candidate.nugget +
+                      ulr::nuggetOf(threshold > 0 ? sorted[i].penalty / threshold : 0, candidate.confidence)};
+  }
+  return ulr::krigingWeights(
+      {samples.data(), count},
+      ulr::pairPlace(asked.towards, batch_.towardsView[query_], asked.reached.value_or(1), scales));
+}
+
+// Pairs of the nearest views and lights; every view has every light.
+ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
+  constexpr uint32_t kExchanged = kNear * kNear; // index of the first exchanged pair
+  ulr::NearestCandidates nearest(count_);
+  const ulr::KrigingScales scales = scalesFor(asked);
+  offerAll(near_, 0, asked, scales, nearest);
+  offerAll(exchanged_, kExchanged, asked, scales, nearest);
+  return weightsOf(nearest, asked, scales, [&](uint32_t index) {
+    const bool isExchanged = index >= kExchanged;
+    const NearPairs& pairs = isExchanged ? exchanged_ : near_;
+    const uint32_t pair = index % kExchanged, viewer = pairs.viewers.index[pair / kNear],
+                   light = pairs.lights.index[pair % kNear];
+    const size_t number = isExchanged ? firstPair_[light] + viewer : firstPair_[viewer] + light;
+    return pairs.candidate(pair, static_cast<uint32_t>(number), isExchanged ? kReciprocalNugget : 0, scales);
+  });
+}
+
+// All pairs that were photographed, for a capture with gaps.
+ulr::BlendSet PairWeights::sparseBlend(const LightQuery& asked) const {
+  const ulr::KrigingScales scales = scalesFor(asked);
+  const auto count = static_cast<uint32_t>(pairs_.size());
+  const auto candidateAt = [&](uint32_t index) -> Candidate {
+    const auto& [view, column, light] = pairs_[index % count];
+    const auto towards = lights_.towards(light);
+    if (index < count)
+      return {index,
+              ulr::pairPlace(towards, towardsViews_[view], asked.reached ? reachedBy(light) : 1, scales),
+              confidences_[view], 0};
+    const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
+    return {index % count, ulr::pairPlace(towardsViews_[view], towards, 1, scales),
+            seen * exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
+                                       asked.reached ? reachedBy(light) : 1),
+            kReciprocalNugget};
+  };
+  const ulr::PairPlace requested =
+      ulr::pairPlace(asked.towards, batch_.towardsView[query_], asked.reached.value_or(1), scales);
+  const bool isExchanged = reciprocal_ && asked.reached.value_or(1) > 0;
+  ulr::NearestCandidates nearest(count_);
+  for (uint32_t index = 0; index < (isExchanged ? 2 : 1) * count; ++index) {
+    const Candidate candidate = candidateAt(index);
+    const float apart = std::abs(candidate.place.back() - requested.back()),
+                squared = ulr::squaredDistance(candidate.place, requested) - apart * apart;
+    nearest.offer({index, penaltyOf(std::max(0.f, squared), apart) / candidate.confidence});
+  }
+  return weightsOf(nearest, asked, scales, candidateAt);
 }
 
 // Foreshortening f of a blend. A light that does not reach the surfel has no cosine, so that lit photographs
@@ -209,36 +335,50 @@ float PairWeights::foreshorteningOf(const ulr::BlendSet& blend, const LightQuery
                              blended);
 }
 
-PairWeights::Blend PairWeights::blendOf(const LightQuery& asked,
-                                        const ulr::NearestCandidates& nearestLights) {
-  if (nearestLights.sorted().empty()) return {};
-  Blend blend;
-  if (!weighsPairs_) {
-    blend.weights = separateBlend(asked.towards);
-  } else {
-    setNearLights(nearestLights, asked.reached.has_value());
-    blend.weights = nearBlend(asked);
-  }
+// Adds what all blends have in common to weights by pair.
+PairWeights::Blend PairWeights::blendOf(ulr::BlendSet weights, const LightQuery& asked,
+                                        const ulr::NearestCandidates& nearestLights,
+                                        bool isForeshortened) const {
+  Blend blend{std::move(weights)};
   ulr::truncate(blend.weights, weightError_);
   std::ranges::sort(blend.weights, {}, &ulr::Blended::index);
   if (asked.extrapolation == ulr::LightExtrapolation::fade && !nearest_)
     blend.scale = coverage_.at(nearestLights.sorted()[0].penalty);
-  if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked);
+  if (isForeshortened) blend.scale *= foreshorteningOf(blend.weights, asked);
+  if (asked.reached) blend.lacksState = shareOfState(blend.weights, *asked.reached) < 0.5f;
   return blend;
+}
+
+// Share of the weights that photographs of the requested shadow state have.
+float PairWeights::shareOfState(const ulr::BlendSet& weights, float reached) const {
+  float share = 0;
+  for (const auto& [number, weight] : weights)
+    if (std::abs(reachedBy(pairs_[number].light) - reached) < 0.5f) share += weight;
+  return share;
 }
 
 PairWeights::Blend PairWeights::blend(size_t l) {
   const size_t entry = query_ * batch_.lights + l;
   const LightQuery asked{batch_.towardsLight[entry], batch_.extrapolationOf(l),
                          batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
-  if (!weighsPairs_ || !nearestOfLight_[l].isPrecise(lane_))
-    return blendOf(asked, nearestLights(asked.towards));
-  return blendOf(asked, nearestOfLight_[l].candidates(lane_));
+  if (!weighsPairs_) return blendTowards(asked.towards, asked.extrapolation);
+  const bool isPrecise = !isSparse_ && nearestOfLight_[l].isPrecise(lane_);
+  const ulr::NearestCandidates lights =
+      isPrecise ? nearestOfLight_[l].candidates(lane_) : nearestLights(asked.towards);
+  if (lights.sorted().empty()) return {};
+  if (isSparse_) return blendOf(sparseBlend(asked), asked, lights, foreshortened_);
+  setNearLights(lights, asked.reached.has_value());
+  exchanged_.viewers.size = exchanged_.lights.size = 0;
+  if (reciprocal_ && asked.reached.value_or(1) > 0)
+    setExchanged(l, asked.reached.has_value()); // exchanged pairs show a lit surfel
+  return blendOf(nearBlend(asked), asked, lights, foreshortened_);
 }
 
 PairWeights::Blend PairWeights::blendTowards(const Direction3<AcquisitionSpace>& towards,
-                                             ulr::LightExtrapolation extrapolation) {
-  return blendOf({towards, extrapolation, {}}, nearestLights(towards));
+                                             ulr::LightExtrapolation extrapolation) const {
+  const ulr::NearestCandidates lights = nearestLights(towards);
+  if (lights.sorted().empty()) return {};
+  return blendOf(separateBlend(towards), {towards, extrapolation, {}}, lights, false);
 }
 
 } // namespace surflect::shading

@@ -1,7 +1,8 @@
 // Weights of (camera, light) pairs.
 //
 //   paper, separate:  p_ij = p_i + p_j,    w_ij by ULR over all pairs that were photographed
-//   pairs:            p_ij = d_ij^2 / 2,   w_ij by ULR over the pairs of the nearest views and lights
+//   pairs:            p_ij = d_ij^2 / 2,   w_ij by ULR over all pairs, those of near views and lights where
+//                                          all lights were photographed from all cameras
 //   kriging:                               w_ij by kriging over the nearest of these pairs (kriging.h)
 //
 // Symbols: p_i penalty of view i (camera_weights.h), p_j = 1 - cos of the angle at the surfel between
@@ -11,9 +12,14 @@
 // c_ij = s_i n_i n_j is the confidence in a pair, 0..1: s_i visibility weight of view i, or
 // fallbackConfidence (fallback_view.h) where no view sees the surfel well; n_i, n_j nearness of view and
 // light, clamp(4 (1 - p / p_t), 0, 1) with the threshold p_t of ULR, so that the last of the nearest fade
-// out.
+// out. n_i = n_j = 1 for a capture with gaps, all of whose pairs are considered.
 //
-// pairs and kriging need all lights from all cameras; other captures are weighted as under separate.
+// Reciprocity: under kriging, the photograph of camera a under light b also answers for the light in the
+// place of a and the viewer in that of b [Helmholtz 1867]. Its pixel holds the cosine of b, which
+// foreshortening replaces; its nugget is larger by kReciprocalNugget. It shows a lit surfel: its confidence
+// falls with the shadow state and the cosine of b.
+//
+// [Helmholtz 1867] Helmholtz: Handbuch der physiologischen Optik.
 #pragma once
 
 #include "srf/shading/camera_weights.h"
@@ -22,19 +28,38 @@
 #include "srf/ulr/light_extrapolation.h"
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
 namespace surflect::shading {
 
-inline constexpr size_t kNearSources = 8; // nearest views, and lights, whose pairs are considered
+inline constexpr size_t kNearSources = 6; // nearest views, and lights, whose pairs are considered
+inline constexpr float kReciprocalNugget = 0.02f;
 
 // Scales of d_ij. Those of `pairs` give p_i + p_j + 64 p_h + 4 (difference of shadow states)^2, where p_h is
 // 1 - cos of the angle between half vectors.
-constexpr ulr::KrigingScales scalesOf(Interpolation interpolation) {
-  if (interpolation != Interpolation::pairs) return {};
-  return {.half = 0.125f, .light = 1, .view = 1, .shadow = 0.35355339f};
+//
+// Under kriging, they depend on the requested shadow state: a surfel in shadow has no highlight of the light,
+// and shows light from its surroundings, which changes evenly with all directions.
+ulr::KrigingScales scalesOf(const ReflectanceField& field, const ShadeOptions& options, float reached);
+
+// True if photographs also answer for camera and light exchanged. Needs foreshortening.
+bool isReciprocal(const ReflectanceField& field, const ShadeOptions& options);
+
+// Penalty of a pair, before it is divided by the confidence, from its squared distance without shadow states
+// and the difference of these in scales. Under kriging, pairs of another shadow state come after nearer ones
+// of the requested state, but are ranked by their angles among themselves.
+inline float krigingPenalty(float squared, float statesApart) {
+  return std::sqrt(squared) * (1 + statesApart);
 }
+inline float pairPenalty(float squared, float statesApart) {
+  return (squared + statesApart * statesApart) / 2;
+}
+
+// Confidence in a light b as the viewer of an exchanged pair, by its cosine at the surfel and the part of it
+// that reaches the surfel.
+float exchangedConfidence(float cosine, float reached);
 
 // Computes the pair weights of one query after another. Has working memory of its own: use one object per
 // thread.
@@ -52,11 +77,15 @@ public:
   struct Blend {
     ulr::BlendSet weights; // index is the number of a pair, ascending
     float scale = 1;       // fade where no light was captured (light_extrapolation.h), times foreshortening
+    // True if photographs of the requested shadow state have less than half of the weights.
+    bool lacksState = false;
   };
   // The pairs for the l-th light of the query.
   Blend blend(size_t l);
-  // The pairs for a light of an environment, whose shadow is not known.
-  Blend blendTowards(const Direction3<AcquisitionSpace>& towards, ulr::LightExtrapolation extrapolation);
+  // The pairs for a light of an environment, by the penalties of cameras and lights apart, for a capture with
+  // gaps.
+  Blend blendTowards(const Direction3<AcquisitionSpace>& towards,
+                     ulr::LightExtrapolation extrapolation) const;
 
   // Irradiance of a captured light at the query's surfel.
   Rgb irradiance(size_t light) const { return lights_.irradiance(light); }
@@ -98,15 +127,55 @@ private:
     ulr::LightExtrapolation extrapolation;
     std::optional<float> reached; // shadow state; empty: states are not used
   };
+  // A pair that may be blended.
+  struct Candidate {
+    uint32_t number;
+    ulr::PairPlace place;
+    float confidence, nugget; // nugget in addition to nuggetOf
+  };
 
-  Blend blendOf(const LightQuery& asked, const ulr::NearestCandidates& nearestLights);
+  // Candidates: the pairs of each viewer with each light.
+  struct NearPairs {
+    NearSet viewers, lights;
+
+    bool isEmpty() const { return viewers.size == 0 || lights.size == 0; }
+    float confidence(size_t pair) const {
+      return viewers.confidence[pair / kNear] * lights.confidence[pair % kNear];
+    }
+    Candidate candidate(size_t pair, uint32_t number, float nugget, const ulr::KrigingScales& scales) const {
+      return {number,
+              ulr::pairPlace(lights.towards[pair % kNear], viewers.towards[pair / kNear],
+                             lights.reached[pair % kNear], scales),
+              confidence(pair), nugget};
+    }
+    // Squared distances from the requested pair without shadow states, kNear for each viewer.
+    std::array<float, kNear * kNear> squaredDistances(const LightQuery& asked, const Vec3<float>& towardsView,
+                                                      const ulr::KrigingScales& scales) const;
+  };
+
+  Blend blendOf(ulr::BlendSet weights, const LightQuery& asked, const ulr::NearestCandidates& nearestLights,
+                bool isForeshortened) const;
+  float shareOfState(const ulr::BlendSet& weights, float reached) const;
+  ulr::KrigingScales scalesFor(const LightQuery& asked) const;
   ulr::NearestCandidates nearestLights(const Direction3<AcquisitionSpace>& towards) const;
+  float confidenceIn(uint32_t view, const Direction3<AcquisitionSpace>& towards, float penalty,
+                     const BestView& best) const;
   void setNearViews(const ulr::NearestCandidates& nearest, const BestView& best);
+  void setAllViews(const BestView& best);
   void setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows);
+  void setExchanged(size_t l, bool usesShadows);
   ulr::BlendSet separateBlend(const Direction3<AcquisitionSpace>& towards) const;
-  // Squared distances of the pairs of nearViews_ and nearLights_ from the requested one, kNear for each view.
-  std::array<float, kNear * kNear> squaredDistances(const LightQuery& asked) const;
+  void offerAll(const NearPairs& pairs, uint32_t first, const LightQuery& asked,
+                const ulr::KrigingScales& scales, ulr::NearestCandidates& nearest) const;
   ulr::BlendSet nearBlend(const LightQuery& asked) const;
+  ulr::BlendSet sparseBlend(const LightQuery& asked) const;
+  // Weights of the nearest of the candidates, whose numbers become those of pairs.
+  template <class CandidateAt>
+  ulr::BlendSet weightsOf(const ulr::NearestCandidates& nearest, const LightQuery& asked,
+                          const ulr::KrigingScales& scales, const CandidateAt& candidateAt) const;
+  float penaltyOf(float squared, float statesApart) const {
+    return isKriging_ ? krigingPenalty(squared, statesApart) : pairPenalty(squared, statesApart);
+  }
   float foreshorteningOf(const ulr::BlendSet& blend, const LightQuery& asked) const;
   float reachedBy(uint32_t light) const {
     return ulr::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[light]);
@@ -115,15 +184,20 @@ private:
   const ReflectanceField& field_;
   const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
-  const bool nearest_, weighsPairs_, isKriging_;
-  const ulr::KrigingScales scales_;
-  const bool foreshortened_;
+  const ShadeOptions options_;
+  const bool nearest_, weighsPairs_, isSparse_, isKriging_; // sparse: a capture with gaps
+  const ulr::KrigingScales litScales_, shadowScales_;
+  const bool foreshortened_, reciprocal_;
   const size_t count_; // number of pairs blended
   const float weightError_;
   CameraWeights views_;
   CapturedLights lights_;
   ulr::NearestLights nearLightsOf_;
   std::vector<ulr::QueryBlends> nearestOfLight_; // per light of a query
+  // For exchanged pairs: lights nearest to the viewer, and views nearest to each light of a query.
+  ulr::QueryBlends nearestOfView_;
+  std::vector<ulr::NearestViews> viewsNearLight_;
+  std::vector<const ulr::QueryBlends*> nearestViewsOfLight_;
   std::vector<Pair> pairs_;
   std::vector<size_t> firstPair_; // number of each view's first pair
   size_t begin_ = 0;
@@ -131,7 +205,10 @@ private:
   size_t query_ = 0, lane_ = 0;
   uint32_t surfel_ = 0;
   Normal3<AcquisitionSpace> normal_;
-  NearSet nearViews_, nearLights_;
+  std::vector<Direction3<AcquisitionSpace>> towardsViews_; // all, if the capture is sparse
+  std::vector<float> confidences_;                         // in these views
+  NearPairs near_;
+  NearPairs exchanged_; // lights of the rig as viewers, and views as lights
 };
 
 } // namespace surflect::shading

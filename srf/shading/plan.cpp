@@ -150,7 +150,8 @@ private:
 
   // The pairs of one view become one operation.
   void planLight(size_t query, size_t l, ShadingPlan& plan) {
-    const auto [weights, scale] = pairs_.blend(l);
+    const auto [weights, scale, lacksState] = pairs_.blend(l);
+    if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
     const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto sources = static_cast<float>(batch_.sources());
     for (auto first = weights.begin(); first != weights.end();) {
@@ -179,7 +180,7 @@ private:
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.size(), Rgb{});
     for (const auto& [towards, irradiance] : environment.lights) {
-      const auto [weights, scale] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
+      const auto [weights, scale, _] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
         pairShare_[number] = pairShare_[number] + scale * weight * irradiance;
     }
@@ -227,7 +228,8 @@ void requireLights(const ReflectanceField& field, const QueryBatch& batch, const
         .in(field.folder);
   if (!isFixed && batch.sources() == 0)
     throw Error("captured under several lights: the script needs a light of its own").in(field.folder);
-  if (options.foreshortened.value_or(false) && (isFixed || !field.isFullProduct))
+  if (options.foreshortened.value_or(false) &&
+      (isFixed || (!field.isFullProduct && !weighsPairs(field, options))))
     throw Error::mismatch("photographs under all lights from all cameras",
                           isFixed ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")
@@ -278,7 +280,7 @@ void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
   plan.targetsPerPlace = targetsPerPlace();
   plan.ops.clear();
   plan.rows.clear();
-  plan.unseen = 0;
+  plan.unseen = plan.unmatchedShadows = 0;
   plan.confidence.resize(plan.places);
   const size_t blends = impl_->options.showsBlends ? plan.places : 0;
   plan.cameraBlend.assign(blends, {});

@@ -30,7 +30,8 @@ struct ShadingPlan {
   std::vector<float> confidence;
   // One per place, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0; // places with fallback views only
+  size_t unseen = 0;           // places with fallback views only
+  size_t unmatchedShadows = 0; // places and lights for which few photographs have the requested shadow state
 
   size_t targets() const { return places * targetsPerPlace; }
   ShadingPart part() const { return {ops, &rows, targets()}; }

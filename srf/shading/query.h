@@ -65,7 +65,9 @@ using ulr::Interpolation;
 inline constexpr size_t kTargetsAtOnce = 1 << 14;
 
 struct ShadeOptions {
-  Interpolation interpolation = Interpolation::separate;
+  // Override the model's choice; see InterpolationChoice.
+  std::optional<Interpolation> interpolation = {};
+  std::optional<bool> reciprocal = {};
   size_t cameras = 3; // number blended per query, 1..kMaxBlended
   size_t pairs = 4;   // number of (camera, light) pairs blended instead, unless weights are separate
   // Override the model's light blend; see LightBlend.
@@ -81,11 +83,6 @@ struct ShadeOptions {
   bool showsBlends = false;  // fills the blend colours of Shaded
   size_t placesPerQuery = 1; // about as many as in the batch; limits memory, does not affect the radiance
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
-
-  // True if camera and light of a pair are weighted together, by the distance of the pair.
-  bool weighsPairs() const {
-    return !nearest && (interpolation == Interpolation::pairs || interpolation == Interpolation::kriging);
-  }
 };
 
 } // namespace surflect::shading

@@ -133,10 +133,10 @@ public:
     for (const QueryLight& light : lights) {
       if (field_.isFullProduct && light.target >= batch_.lights)
         ofEnvironments.push_back(light);
-      else if (!options_.weighsPairs() || !field_.isFullProduct)
+      else if (!weighsPairs(field_, options_) || light.target >= batch_.lights)
         addPairs(light);
       else
-        addNearPairs(light, light.target < batch_.lights && !batch_.reached.empty()
+        addNearPairs(light, !batch_.reached.empty()
                                 ? std::optional(batch_.reached[query * batch_.lights + light.target])
                                 : std::nullopt);
     }
@@ -187,9 +187,10 @@ private:
     }
   }
 
-  // n of the nearest views or lights, 0 for the others (pair_weights.h).
-  static std::vector<float> nearness(const ulr::NearestCandidates& nearest, size_t count) {
-    std::vector<float> all(count, 0);
+  // n of the nearest views or lights, 0 for the others; 1 for a capture with gaps (pair_weights.h).
+  std::vector<float> nearness(const ulr::NearestCandidates& nearest, size_t count) const {
+    std::vector<float> all(count, field_.isFullProduct ? 0.f : 1.f);
+    if (!field_.isFullProduct) return all;
     const auto sorted = nearest.sorted();
     for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
       const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
@@ -209,6 +210,7 @@ private:
     uint32_t view, column, light;
     ulr::PairPlace place;
     float confidence; // c_ij
+    float nugget;     // in addition to nuggetOf
   };
 
   // The pairs of the nearest views and lights.
@@ -217,32 +219,70 @@ private:
     const std::vector<float> ofView = nearness(views, field_.rig.views.size()),
                              ofLight = nearness(lights, field_.rig.lights.size());
     std::vector<NearPair> pairs;
-    for (const auto& [i, p] : views.sorted()) {
-      const auto towards = capture::Viewpoint(field_.rig.views[i].camera).towards(p0_).cast<float>();
+    const bool needsFallbacks = views.sorted().empty() || views.sorted()[0].penalty > ulr::kFallbackFrom;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
+      const auto towards = towardsView(i);
       const float angle = ulr::anglePenalty(towards, towardsView_),
-                  s = std::max(
-                      ulr::VisibilityWeights::decode(visibility_[i]),
-                      views.sorted()[0].penalty > ulr::kFallbackFrom ? ulr::fallbackConfidence(angle, p) : 0);
+                  s = std::max(ulr::VisibilityWeights::decode(visibility_[i]),
+                               needsFallbacks ? ulr::fallbackConfidence(angle, penalty(i, 0)) : 0);
       for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
         const uint32_t j = field_.columns[i][column];
         const auto light = capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
         if (const float confidence = s * ofView[i] * ofLight[j]; confidence > 0)
-          pairs.push_back(
-              {i, column, j,
-               ulr::pairPlace(light, towards, reachedBy(j, reached), scalesOf(options_.interpolation)),
-               confidence});
+          pairs.push_back({i, column, j,
+                           ulr::pairPlace(light, towards, reachedBy(j, reached),
+                                          scalesOf(field_, options_, reached.value_or(1))),
+                           confidence, 0});
       }
     }
     return pairs;
   }
 
+  // The photographs of views near the light under lights near the viewer, as pairs with both exchanged.
+  std::vector<NearPair> exchangedPairs(const QueryLight& source, std::optional<float> requested) const {
+    ulr::NearestCandidates lights(kNearSources), views(kNearSources);
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
+      lights.offer({j, ulr::anglePenalty(towardsLight(j), towardsView_)});
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
+      views.offer({i, ulr::anglePenalty(towardsView(i), source.towards) /
+                          ulr::VisibilityWeights::decode(visibility_[i])});
+    const std::vector<float> ofLight = nearness(lights, field_.rig.lights.size()),
+                             ofView = nearness(views, field_.rig.views.size());
+    std::vector<NearPair> pairs;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
+      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
+        const uint32_t j = field_.columns[i][column];
+        const float confidence =
+            ofView[i] * ofLight[j] * ulr::VisibilityWeights::decode(visibility_[i]) *
+            exchangedConfidence(static_cast<float>(ulr::foreshortenedCosine(
+                                    normal_, capture::towardsLight(field_.rig.lights[j], p0_))),
+                                reachedBy(j, requested));
+        if (confidence > 0)
+          pairs.push_back({i, column, j,
+                           ulr::pairPlace(towardsView(i), towardsLight(j), 1,
+                                          scalesOf(field_, options_, requested.value_or(1))),
+                           confidence, kReciprocalNugget});
+      }
+    return pairs;
+  }
+
+  Direction3<AcquisitionSpace> towardsLight(uint32_t j) const {
+    return capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
+  }
+  Direction3<AcquisitionSpace> towardsView(uint32_t i) const {
+    return capture::Viewpoint(field_.rig.views[i].camera).towards(p0_).cast<float>();
+  }
+
   // w_ij; the index is that of the pair.
   ulr::BlendSet nearWeights(const std::vector<NearPair>& pairs, const ulr::PairPlace& asked) const {
-    const bool isKriging = options_.interpolation == Interpolation::kriging;
+    const bool isKriging = interpolationOf(field_, options_) == Interpolation::kriging;
     ulr::NearestCandidates nearest(options_.pairs);
     for (uint32_t pair = 0; pair < pairs.size(); ++pair) {
-      const float squared = ulr::squaredDistance(pairs[pair].place, asked);
-      nearest.offer({pair, (isKriging ? std::sqrt(squared) : squared / 2) / pairs[pair].confidence});
+      const float apart = std::abs(pairs[pair].place.back() - asked.back()),
+                  squared = ulr::squaredDistance(pairs[pair].place, asked) - apart * apart;
+      nearest.offer(
+          {pair, (isKriging ? krigingPenalty(std::max(0.f, squared), apart) : pairPenalty(squared, apart)) /
+                     pairs[pair].confidence});
     }
     if (!isKriging) return truncated(ulr::ulrWeights(nearest));
     const auto sorted = nearest.sorted();
@@ -252,7 +292,8 @@ private:
                          ulr::nuggetOf(sorted.size() > options_.pairs && sorted.back().penalty > 0
                                            ? distance / sorted.back().penalty
                                            : 0,
-                                       pairs[pair].confidence)});
+                                       pairs[pair].confidence) +
+                             pairs[pair].nugget});
     const std::vector<double> w = ulr::krigingWeightsReference(samples, asked);
     ulr::BlendSet weights;
     for (size_t k = 0; k < samples.size(); ++k) weights.push({samples[k].index, static_cast<float>(w[k])});
@@ -264,10 +305,12 @@ private:
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
     for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
       lights.offer({j, lightPenalty(field_.rig.lights[j], source)});
-    const std::vector<NearPair> pairs = nearPairs(views, lights, reached);
+    std::vector<NearPair> pairs = nearPairs(views, lights, reached);
+    if (isReciprocal(field_, options_) && reached.value_or(1) > 0)
+      for (const NearPair& pair : exchangedPairs(source, reached)) pairs.push_back(pair);
     const ulr::BlendSet weights =
         nearWeights(pairs, ulr::pairPlace(source.towards, towardsView_, reached.value_or(1),
-                                          scalesOf(options_.interpolation)));
+                                          scalesOf(field_, options_, reached.value_or(1))));
     float scale =
         source.extrapolation == ulr::LightExtrapolation::fade ? coverage_.at(lights.sorted()[0].penalty) : 1;
     if (how_.foreshortened) {

@@ -4,6 +4,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/codec/view_file.h"
+#include "srf/ulr/interpolation.h"
 #include "srf/ulr/light_blend.h"
 #include "srf/ulr/visibility_weights.h"
 #include "surfel/cloud.h"
@@ -29,9 +30,11 @@ struct ReflectanceField {
   std::vector<codec::ViewFile> files; // reflectance images, one file for each view of the rig
   // For each view, the light of each column; empty for fixed illumination.
   std::vector<std::vector<uint32_t>> columns;
-  double white = 1;           // radiance of a white pixel
-  double tolerance = 0;       // error tolerance of every block; see blockErrorBound
-  ulr::LightBlend lightBlend; // selected when the photographs were packed
+  double white = 1;     // radiance of a white pixel
+  double tolerance = 0; // error tolerance of every block; see blockErrorBound
+  // Selected when the photographs were packed.
+  ulr::LightBlend lightBlend;
+  ulr::InterpolationChoice interpolation;
 
   // True if every view has every light, in the order of the rig; cameras and lights are then weighted
   // separately.

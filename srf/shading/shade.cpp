@@ -58,6 +58,7 @@ public:
       append(plan.cameraBlend, shaded.cameraBlend);
       append(plan.lightBlend, shaded.lightBlend);
       shaded.unseen += plan.unseen;
+      shaded.unmatchedShadows += plan.unmatchedShadows;
     }
     if (lap_) lap_(0);
   }

@@ -13,7 +13,7 @@ struct Shaded {
   std::vector<Rgb> radiance;                // per query
   std::vector<float> confidence;            // per query, as in ShadingPlan
   std::vector<Rgb> cameraBlend, lightBlend; // per query, as in ShadingPlan
-  size_t unseen = 0;                        // queries with fallback views only
+  size_t unseen = 0, unmatchedShadows = 0;  // as in ShadingPlan
 };
 
 // Called with the share of planning, 0..1, in the processor time since its last call; look-ups took the rest.

@@ -20,4 +20,16 @@ constexpr std::string_view nameOf(Interpolation interpolation) {
   return kNames[static_cast<size_t>(interpolation)];
 }
 
+// How the photographs of a model are weighted, unless options say otherwise.
+struct InterpolationChoice {
+  Interpolation kind = Interpolation::separate;
+  float halfScale = 0.2f;  // of half vectors under kriging (KrigingScales)
+  bool reciprocal = false; // under kriging, photographs also answer for camera and light exchanged
+  // For pairs and kriging: photographs in light and in shadow answer apart. Fails where light passes through
+  // the object.
+  bool shadows = true;
+
+  friend bool operator==(const InterpolationChoice&, const InterpolationChoice&) = default;
+};
+
 } // namespace surflect::ulr

@@ -32,7 +32,7 @@ namespace surflect::ulr {
 
 // Change of direction, as a chord, over which reflectance stays alike.
 struct KrigingScales {
-  float half = 0.3f, light = 1.5f, view = 1.5f, shadow = 0.2f;
+  float half = 0.2f, light = 2, view = 2, shadow = 0.4f;
   friend bool operator==(const KrigingScales&, const KrigingScales&) = default;
 };
 
@@ -74,7 +74,8 @@ template <class T> T matern52(T squared) {
 // 1e-3.
 inline float nuggetOf(float share, float confidence) {
   constexpr float kNoise = 5e-4f, kGrowth = 0.1f, kSmall = 1e-6f;
-  return kNoise + kGrowth * share / std::max(1 - share, kSmall) + 1 / std::max(confidence, kSmall) - 1;
+  const float odds = share / std::max(1 - share, kSmall);
+  return kNoise + kGrowth * odds * odds + 1 / std::max(confidence, kSmall) - 1;
 }
 
 struct KrigingSample {

@@ -44,7 +44,7 @@ VisibilityWeights lightVisibility(const SurfelCloud& cloud, const Occluders& occ
     const auto p = cloud.p0[i].cast<double>();
     for (size_t light = 0; light < lights.size(); ++light) {
       // Votes are those of neighbours that face the light, whether or not the surfel does.
-      const double facing = smoothStep(0, 0.1, dot(normalOf(i).cast<double>(), viewpoints[light].towards(p)));
+      const double facing = terminatorFade(dot(normalOf(i).cast<double>(), viewpoints[light].towards(p)));
       result.values[i * lights.size() + light] = VisibilityWeights::encode(facing * reached[light]);
     }
   });

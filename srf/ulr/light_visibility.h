@@ -11,6 +11,10 @@ namespace surflect::ulr {
 // Directions of lights as those of views.
 std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const capture::Light> lights);
 
+// Fade of light at the terminator, where coarse occluders cannot tell a surfel that faces the light from one
+// that does not: 0 for cosines of light and normal below 0, 1 above 0.1.
+inline double terminatorFade(double cosine) { return smoothStep(0, 0.1, cosine); }
+
 // Part of the element around each surfel that each light reaches, 0..1 as in VisibilityWeights with a column
 // for each light: 1 in light, 0 in a cast or attached shadow, between at the shadow's edge within
 // visibilityRadius. Throws Cancelled.

@@ -100,6 +100,16 @@ inline Rgb lambert(Rgb albedo, Rgb irradiance, const Vec3<float>& n, const Vec3<
   return std::max(0.f, n.dot(towards)) / std::numbers::pi_v<float> * (albedo * irradiance);
 }
 
+// Radiance of a white highlight: E max(0, n . h)^100, symmetric in light and viewer.
+inline Rgb highlight(Rgb irradiance, const Vec3<float>& n, const Vec3<float>& towardsLight,
+                     const Vec3<float>& towardsView) {
+  const float facing = std::min(n.dot(towardsLight), n.dot(towardsView));
+  const Vec3<float> half = (towardsLight + towardsView).normalized();
+  return facing > 0
+             ? std::max(0.f, n.dot(towardsLight)) * std::pow(std::max(0.f, n.dot(half)), 100.f) * irradiance
+             : Rgb{};
+}
+
 // A sphere of slices x slices/2 quads as ASCII PLY, corners on the unit sphere.
 inline void writeSphereMesh(const std::filesystem::path& path, int slices = 96) {
   const int stacks = slices / 2;
@@ -132,6 +142,7 @@ struct Studio {
   int size = 40;   // of pictures, pixels
   int samples = 3; // see SphereView
   Rgb albedo{0.8f, 0.5f, 0.3f};
+  float gloss = 0;       // brightness of highlights (highlight)
   bool matte = true;     // pictures have alpha
   double unevenness = 0; // how much the logarithm of each light's irradiance changes over a radius
   // split of a frame; none: the frame is left out
@@ -190,9 +201,13 @@ inline capture::Capture photograph(const Studio& studio, const std::filesystem::
         frame.light = l;
         const capture::Light& light = capture.lights[l];
         const Vec3<float> towards = capture::towardsLight(light, {0, 0, 0}).raw().cast<float>();
+        const Vec3<float> eye = (cameraDistance * direction).cast<float>();
         images[l] = shadeSphere(sphere, [&](const Vec3<float>& n) {
           const auto place = assume<Point3<AcquisitionSpace, double>>(n.cast<double>());
-          return lambert(studio.albedo, capture::irradianceAt(light, place), n, towards);
+          const Rgb irradiance = capture::irradianceAt(light, place);
+          const Rgb diffuse = lambert(studio.albedo, irradiance, n, towards);
+          if (studio.gloss == 0) return diffuse;
+          return diffuse + studio.gloss * highlight(irradiance, n, towards, (eye - n).normalized());
         });
       }
       layers.push_back({frame.layer, &images[l]});

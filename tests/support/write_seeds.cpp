@@ -106,6 +106,7 @@ void writeManifests(const fs::path& folder) {
   writeFileAtomically(folder / "one", model::manifestText({.white = 0.5,
                                                            .tolerance = 0.03,
                                                            .lightBlend = {},
+                                                           .interpolation = {},
                                                            .surfels = 10,
                                                            .views = 1,
                                                            .lights = 2,

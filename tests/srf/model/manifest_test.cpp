@@ -11,6 +11,7 @@ Manifest example() {
   return {.white = 0.7,
           .tolerance = 0.03,
           .lightBlend = {5, ulr::LightFit::plane, true},
+          .interpolation = {ulr::Interpolation::kriging, 0.4f, true},
           .surfels = 1000,
           .views = 2,
           .lights = 3,
@@ -28,6 +29,7 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(manifest.white, 0.7);
   EXPECT_EQ(manifest.tolerance, 0.03);
   EXPECT_EQ(manifest.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane, true}));
+  EXPECT_EQ(manifest.interpolation, example().interpolation);
   EXPECT_EQ(manifest.surfels, 1000u);
   EXPECT_EQ(manifest.views, 2u);
   EXPECT_EQ(manifest.lights, 3u);
@@ -79,6 +81,30 @@ TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
   text.replace(text.find("\"foreshortened\": true"), 21, "\"foreshortened\": null");
   EXPECT_NE(image::errorOf([&] { parse(text); }).find("light_blend.foreshortened: found nothing"),
             std::string::npos);
+}
+
+TEST(Manifest, AnInterpolationThatCannotBeIsRefused) {
+  const auto complaint = [](const std::string& from, const std::string& to) {
+    std::string text = manifestText(example());
+    text.replace(text.find(from), from.size(), to);
+    return image::errorOf([&] { parse(text); });
+  };
+  EXPECT_NE(complaint("\"kriging\"", "\"paper\"")
+                .find("interpolation.kind: found \"paper\", expected "
+                      "\"separate\" or \"kriging\""),
+            std::string::npos);
+  EXPECT_NE(complaint("\"half_scale\": 0.4", "\"half_scale\": 0")
+                .find("interpolation.half_scale: found 0, expected a number from 0.01 to 100"),
+            std::string::npos);
+  EXPECT_NE(complaint("\"reciprocal\": true", "\"reciprocal\": 1").find("interpolation.reciprocal: found 1"),
+            std::string::npos);
+}
+
+// Models of earlier versions state no interpolation.
+TEST(Manifest, WithoutAnInterpolationCamerasAndLightsAreWeightedApart) {
+  Manifest plain = example();
+  plain.interpolation = {};
+  EXPECT_EQ(parse(manifestText(plain)).interpolation, ulr::InterpolationChoice{});
 }
 
 TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {

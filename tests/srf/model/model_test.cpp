@@ -50,7 +50,9 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  writeModel(copy, {packed.model.rig, cloud, visibility, 0.7, 0.02, {5, ulr::LightFit::plane}});
+  Model made = makeModel(copy, {packed.model.rig, cloud, visibility, 0.7, 0.02, {5, ulr::LightFit::plane}});
+  made.interpolation = {ulr::Interpolation::kriging, 0.4f, true};
+  writeModel(made);
 
   const Model model = openModel(copy);
   EXPECT_EQ(model.cloud.p0, cloud.p0);
@@ -71,6 +73,7 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
             ulr::lightVisibility(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
   EXPECT_EQ(model.white, 0.7);
   EXPECT_EQ(model.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane}));
+  EXPECT_EQ(model.interpolation, made.interpolation);
   EXPECT_EQ(model.tolerance, 0.02);
   EXPECT_NE(model.identity, packed.model.identity);
 }

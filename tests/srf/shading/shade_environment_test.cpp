@@ -117,6 +117,8 @@ protected:
   }
 
   static inline std::unique_ptr<PackedStudio> full, gappy;
+  ShadeEnvironment() { model.interpolation.kind = Interpolation::separate; } // as environments are weighted
+
   model::Model model = model::openModel((GetParam() ? full : gappy)->model.folder);
   std::mt19937 random{1};
 };

@@ -132,6 +132,11 @@ void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
       EXPECT_LT(errorOfShading(model, batch,
                                {.interpolation = Interpolation::kriging, .foreshortened = foreshortened}),
                 2e-4);
+      EXPECT_LT(
+          errorOfShading(
+              model, batch,
+              {.interpolation = Interpolation::kriging, .reciprocal = true, .foreshortened = foreshortened}),
+          2e-4);
     }
   };
   expectEqual();
@@ -139,7 +144,7 @@ void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
   model.lightVisibility->values.resize(model.cloud.size() * model.rig.lights.size());
   for (uint8_t& reached : model.lightVisibility->values) reached = random() % 3 == 0 ? 0 : 255;
   for (size_t entry = 0; entry < batch.towardsLight.size(); ++entry)
-    batch.reached.push_back(static_cast<float>(random() % 2));
+    batch.reached.push_back(static_cast<float>(random() % 3) / 2);
   expectEqual();
   const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
@@ -166,11 +171,12 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
       for (const auto& [other, weight] : rowOf(plan, op))
         if (other == column) ofPhotograph[op.target] += op.weight * weight.r / all.r;
     }
-    EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 2e-3f);
+    EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 3e-3f);
   }
 }
 
-// Photographs in light answer for light, those in shadow for shadow.
+// Photographs in light answer for light, those in shadow for shadow. Others have a little weight where those
+// of the requested state are far, so that none appears at once.
 TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
   QueryBatch batch = randomBatch(model, 300, 1, random);
   model.lightVisibility = {model.rig.lights.size(), {}};
@@ -191,7 +197,7 @@ TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
         if ((light % 2 == 0) != (reached == 1)) wrong += weight;
       }
     EXPECT_NEAR(all, static_cast<double>(batch.size()), 0.001);
-    EXPECT_LT(wrong, 0.02 * all);
+    EXPECT_LT(wrong, 0.04 * all);
   }
 }
 

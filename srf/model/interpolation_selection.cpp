@@ -1,0 +1,251 @@
+#include "srf/model/interpolation_selection.h"
+
+#include "srf/codec/block_cache.h"
+#include "srf/image/color.h"
+#include "srf/shading/light_weights.h"
+#include "srf/shading/plan.h"
+#include "srf/shading/shade.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect::model {
+
+namespace {
+
+constexpr size_t kSurfels = 1000, kFolds = 96; // sampled surfels, and pairs of a camera and a light left out
+constexpr size_t kFewest = 4;                  // cameras, and lights, to leave one out
+constexpr double kSeenWell = 0.5;              // least visibility weight
+constexpr double kGainDb = 1;                  // that kriging must have over separate weights
+
+struct Way {
+  ulr::InterpolationChoice choice;
+  bool foreshortened = false;
+};
+
+// The first is that of separate weights.
+std::vector<Way> candidatesFor(const Model& model, bool hasNormals) {
+  std::vector<Way> candidates{{{}, model.lightBlend.foreshortened}};
+  for (const bool foreshortened : {false, true}) {
+    const bool isPossible =
+        model.isFullProduct ? foreshortened == model.lightBlend.foreshortened : !foreshortened || hasNormals;
+    if (!isPossible) continue;
+    for (const bool shadows : {false, true})
+      for (const bool reciprocal : {false, true})
+        for (const float half : {0.8f, 0.4f, 0.2f, 0.1f})
+          if ((!reciprocal || foreshortened) && (!shadows || model.lightVisibility))
+            candidates.push_back({{ulr::Interpolation::kriging, half, reciprocal, shadows}, foreshortened});
+  }
+  return candidates;
+}
+
+ulr::VisibilityWeights rowsOf(const ulr::VisibilityWeights& weights, std::span<const uint32_t> surfels) {
+  ulr::VisibilityWeights rows{weights.views, {}};
+  for (const uint32_t surfel : surfels) {
+    const auto row = weights.of(surfel);
+    rows.values.insert(rows.values.end(), row.begin(), row.end());
+  }
+  return rows;
+}
+
+ulr::VisibilityWeights withoutColumn(const ulr::VisibilityWeights& weights, size_t column) {
+  ulr::VisibilityWeights rest{weights.views - 1, {}};
+  for (size_t i = 0; i < weights.values.size(); ++i)
+    if (i % weights.views != column) rest.values.push_back(weights.values[i]);
+  return rest;
+}
+
+// A model with the choices of another, its surfels, and no files.
+Model withSurfels(const Model& model, SurfelCloud cloud, ulr::VisibilityWeights visibility,
+                  std::optional<ulr::VisibilityWeights> lightVisibility) {
+  Model field;
+  field.rig = model.rig;
+  field.cloud = std::move(cloud);
+  field.middle = model.middle;
+  field.visibility = std::move(visibility);
+  field.lightVisibility = std::move(lightVisibility);
+  field.columns = model.columns;
+  field.lightBlend = model.lightBlend;
+  field.isFullProduct = model.isFullProduct;
+  return field;
+}
+
+// Evenly chosen surfels of a model.
+Model sampleOf(const Model& model) {
+  std::vector<uint32_t> surfels;
+  const size_t step = std::max(size_t{1}, model.cloud.size() / kSurfels);
+  for (size_t surfel = step / 2; surfel < model.cloud.size(); surfel += step)
+    surfels.push_back(static_cast<uint32_t>(surfel));
+  return withSurfels(model, subsetOf(model.cloud, surfels), rowsOf(model.visibility, surfels),
+                     model.lightVisibility ? std::optional(rowsOf(*model.lightVisibility, surfels))
+                                           : std::nullopt);
+}
+
+// A photograph to be predicted, and what the others are left without. Its column is its number in its view.
+struct Fold {
+  size_t view, column, light;
+  bool leavesView, leavesLight; // out; if neither, only the photograph
+};
+
+// Folds, spread evenly over cameras and lights. Of a capture with gaps, single photographs are left out; of
+// others the camera, the light, or both in turn, as renderings may have new cameras, new lights, or both.
+std::vector<Fold> foldsOf(const Model& model) {
+  std::vector<Fold> all;
+  for (size_t view = 0; view < model.columns.size(); ++view)
+    for (size_t column = 0; column < model.columns[view].size(); ++column)
+      all.push_back({view, column, model.columns[view][column], false, false});
+  std::vector<Fold> folds;
+  const size_t count = std::min(kFolds, all.size()), views = model.rig.views.size(),
+               lights = model.rig.lights.size();
+  for (size_t fold = 0; fold < count; ++fold) {
+    const size_t view = fold * views / count, light = fold * 7919 % lights; // 7919 is prime
+    folds.push_back(model.isFullProduct ? Fold{view, light, light, fold % 3 != 1, fold % 3 != 0}
+                                        : all[fold * all.size() / count]);
+  }
+  return folds;
+}
+
+// The sample as if what the fold leaves out had not been captured.
+Model without(const Model& sample, const Fold& left) {
+  const bool hasLess = left.leavesLight && sample.lightVisibility;
+  Model rest = withSurfels(
+      sample, sample.cloud, left.leavesView ? withoutColumn(sample.visibility, left.view) : sample.visibility,
+      hasLess ? std::optional(withoutColumn(*sample.lightVisibility, left.light)) : sample.lightVisibility);
+  const auto at = [](auto& list, size_t index) { return list.begin() + static_cast<std::ptrdiff_t>(index); };
+  if (left.leavesView) {
+    rest.rig.views.erase(at(rest.rig.views, left.view));
+    rest.columns.pop_back(); // each view has all lights
+  }
+  if (left.leavesLight) {
+    rest.rig.lights.erase(at(rest.rig.lights, left.light));
+    for (auto& ofView : rest.columns) ofView.pop_back();
+  }
+  if (!left.leavesView && !left.leavesLight)
+    rest.columns[left.view].erase(at(rest.columns[left.view], left.column));
+  return rest;
+}
+
+// Queries for the photograph of a view and a light, by the surfels that the view sees.
+shading::QueryBatch queriesFor(const Model& sample, size_t view, size_t light) {
+  shading::QueryBatch batch;
+  batch.lights = 1;
+  const capture::Viewpoint viewpoint(sample.rig.views[view].camera);
+  const capture::Light& source = sample.rig.lights[light];
+  for (uint32_t surfel = 0; surfel < sample.cloud.size(); ++surfel) {
+    if (ulr::VisibilityWeights::decode(sample.visibility.of(surfel)[view]) < kSeenWell) continue;
+    const auto p0 = sample.cloud.p0[surfel].cast<double>();
+    const auto towardsLight = capture::towardsLight(source, p0);
+    batch.surfels.push_back(surfel);
+    batch.towardsView.push_back(viewpoint.towards(p0).cast<float>());
+    batch.towardsLight.push_back(towardsLight.cast<float>());
+    batch.irradiance.push_back(capture::irradianceAt(source, p0));
+    if (sample.lightVisibility)
+      batch.reached.push_back(
+          ulr::VisibilityWeights::decode(sample.lightVisibility->of(surfel)[light]) < 0.5f ? 0.f : 1.f);
+  }
+  return batch;
+}
+
+// Look-ups of the photograph itself.
+shading::ShadingPlan truthOf(const Model& sample, const shading::QueryBatch& batch, size_t view,
+                             size_t column) {
+  shading::ShadingPlan plan;
+  plan.places = batch.size();
+  plan.rows.add(static_cast<uint32_t>(column), {1, 1, 1});
+  for (uint32_t query = 0; query < batch.size(); ++query)
+    if (const auto pixel =
+            sample.rig.views[view].camera.project(sample.cloud.p0[batch.surfels[query]].cast<double>()))
+      plan.ops.push_back({query, static_cast<uint32_t>(view), static_cast<float>(pixel->x),
+                          static_cast<float>(pixel->y), 1, 0, 1});
+  return plan;
+}
+
+// Gives a plan for the rest the numbers of views and columns of the whole.
+void renumber(shading::ShadingPlan& plan, const Fold& left) {
+  const auto skip = [](uint32_t& number, size_t gap) { number += number >= gap ? 1 : 0; };
+  if (left.leavesView)
+    for (shading::ShadingOp& op : plan.ops) skip(op.view, left.view);
+  if (left.leavesLight)
+    for (auto& weight : plan.rows.weights) skip(weight.light, left.column);
+  if (left.leavesView || left.leavesLight) return;
+  for (const shading::ShadingOp& op : plan.ops) { // each has a row of its own
+    if (op.view != left.view) continue;
+    for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i)
+      for (uint32_t j = plan.rows.lights[i].begin; j < plan.rows.lights[i].end; ++j)
+        skip(plan.rows.weights[j].light, left.column);
+  }
+}
+
+// Sums of squared errors of values clipped at white.
+struct Errors {
+  double linear = 0, shown = 0;
+
+  void add(std::span<const Rgb> got, std::span<const Rgb> wanted, float white) {
+    const auto addChannel = [&](float a, float b) {
+      const float x = std::clamp(a / white, 0.f, 1.f), y = std::clamp(b / white, 0.f, 1.f);
+      linear += (x - y) * (x - y);
+      const float difference = image::srgbFromLinear(x) - image::srgbFromLinear(y);
+      shown += difference * difference;
+    };
+    for (size_t i = 0; i < got.size(); ++i) {
+      addChannel(got[i].r, wanted[i].r);
+      addChannel(got[i].g, wanted[i].g);
+      addChannel(got[i].b, wanted[i].b);
+    }
+  }
+  // Mean of both PSNRs.
+  double db(double count) const {
+    constexpr double kLeast = 1e-12;
+    return -5 * (std::log10(linear / count + kLeast) + std::log10(shown / count + kLeast));
+  }
+};
+
+} // namespace
+
+InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const Progress& progress) {
+  const size_t views = model.rig.views.size(), lights = model.rig.lights.size();
+  if (views < kFewest || lights < kFewest || model.cloud.size() == 0) return {};
+  const Model sample = sampleOf(model);
+  const std::vector<Way> candidates = candidatesFor(model, hasNormals);
+  codec::BlockCache cache(model.files, size_t{256} << 20);
+  shading::ShadingStats stats;
+  std::vector<Errors> errors(candidates.size());
+  size_t values = 0;
+  const std::vector<Fold> folds = foldsOf(model);
+  for (size_t fold = 0; fold < folds.size(); ++fold) {
+    progress("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds.size()));
+    const Fold& left = folds[fold];
+    shading::QueryBatch batch = queriesFor(sample, left.view, left.light);
+    if (batch.size() == 0) continue;
+    Model rest = without(sample, left);
+    const auto truth = shading::shade(truthOf(sample, batch, left.view, left.column), cache, stats);
+    values += 3 * batch.size();
+    const std::vector<float> reached = batch.reached;
+    for (size_t c = 0; c < candidates.size(); ++c) {
+      progress.checkpoint();
+      rest.interpolation = candidates[c].choice;
+      rest.lightBlend.foreshortened = candidates[c].foreshortened;
+      batch.reached = candidates[c].choice.shadows ? reached : std::vector<float>{};
+      shading::ShadingPlan plan = shading::planShading(rest, batch, {});
+      renumber(plan, left);
+      errors[c].add(shading::shade(plan, cache, stats), truth, static_cast<float>(model.white));
+    }
+  }
+  if (values == 0) return {};
+  std::vector<double> db;
+  for (const Errors& each : errors) db.push_back(each.db(static_cast<double>(values)));
+  const auto best = static_cast<size_t>(std::max_element(db.begin() + 1, db.end()) - db.begin());
+  InterpolationSelection selection{candidates[best].choice, candidates[best].foreshortened,
+                                   InterpolationSelection::LeftOut{db[best], db[0]}};
+  if (db[best] < db[0] + kGainDb) {
+    selection.choice.kind = ulr::Interpolation::separate;
+    selection.leftOut->chosenDb = db[0];
+  }
+  return selection;
+}
+
+} // namespace surflect::model

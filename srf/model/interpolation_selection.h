@@ -1,0 +1,33 @@
+// Selects how photographs are weighted, by leave-one-out cross-validation: photographs are predicted by a
+// model that lacks their camera, their light, or both. No assumption about the material is needed.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/ulr/interpolation.h"
+#include "surfel/base/progress.h"
+
+#include <optional>
+
+namespace surflect::model {
+
+struct InterpolationSelection {
+  ulr::InterpolationChoice choice;
+  bool foreshortened = false; // blends of pairs
+  // Error of the predicted photographs, as the mean of the PSNR in linear light and after the sRGB curve:
+  // with the choice, and with separate weights. Empty if there are too few cameras or lights.
+  struct LeftOut {
+    double chosenDb = 0, separateDb = 0;
+  };
+  std::optional<LeftOut> leftOut;
+};
+
+// Chooses among separate weights, and kriging with several scales, with and without reciprocity. Separate
+// weights stay unless kriging gains 1 dB, as leaving a camera out widens gaps, where kriging gains most; for
+// users who ask for kriging nevertheless, the choice has its best scale. Blends of pairs are foreshortened if
+// the model's light blend is. In a capture with gaps, which has none, single photographs are left out, and
+// foreshortening is chosen too if there are normals. Reads blocks of the model's view files. Throws Error as
+// ViewFile::read, and Cancelled.
+InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
+                                           const Progress& progress = {});
+
+} // namespace surflect::model

@@ -1,0 +1,201 @@
+#include "srf/shading/pair_weights.h"
+
+#include "srf/shading/shade.h"
+#include "srf/ulr/foreshortening.h"
+#include "tests/srf/shading/queries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace surflect::shading {
+namespace {
+
+using namespace studio;
+
+// Scales as for an object with highlights.
+class PairWeight : public ProductQueries {
+protected:
+  PairWeight() { model.interpolation.halfScale = 0.2f; }
+};
+
+constexpr ShadeOptions kReciprocal{
+    .interpolation = Interpolation::kriging, .reciprocal = true, .foreshortened = true};
+
+Normal3<AcquisitionSpace> normalOf(const model::Model& model, uint32_t surfel) {
+  return assume<Normal3<AcquisitionSpace>>(Vec3<float>(rotationOf<float>(model.cloud.r0[surfel]).col(2)));
+}
+
+// Shares of photographs in the radiance of a query; by view, then light.
+std::vector<double> sharesOf(const model::Model& model, const QueryBatch& batch, const ShadingPlan& plan,
+                             uint32_t query) {
+  std::vector<double> shares(model.rig.views.size() * model.rig.lights.size());
+  for (const ShadingOp& op : plan.ops) {
+    if (op.target != query) continue;
+    for (const auto& [light, factor] : rowOf(plan, op))
+      shares[op.view * model.rig.lights.size() + light] +=
+          op.weight * factor.r * capturedIrradiance(model, op, light, batch.surfels[query]).r /
+          batch.irradiance[query].r;
+  }
+  return shares;
+}
+
+void addQuery(QueryBatch& batch, uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
+              const Direction3<AcquisitionSpace>& towardsLight) {
+  batch.surfels.push_back(surfel);
+  batch.towardsView.push_back(towardsView);
+  batch.towardsLight.push_back(towardsLight);
+  batch.irradiance.push_back({1, 1, 1});
+}
+
+// Helmholtz reciprocity: the viewer is at a light, and the light at a camera.
+TEST_F(PairWeight, APhotographAnswersForCameraAndLightExchanged) {
+  QueryBatch batch;
+  batch.lights = 1;
+  std::vector<size_t> photographs;
+  for (uint32_t surfel = 0; surfel < model.cloud.size(); surfel += 7)
+    for (uint32_t view = 0; view < model.rig.views.size(); ++view) {
+      const auto light = static_cast<uint32_t>(random() % model.rig.lights.size());
+      const auto p0 = model.cloud.p0[surfel].cast<double>();
+      const auto towardsLight = capture::towardsLight(model.rig.lights[light], p0).cast<float>();
+      if (model.visibility.of(surfel)[view] < 255 ||
+          ulr::foreshortenedCosine(normalOf(model, surfel), towardsLight) < 0.35f)
+        continue;
+      addQuery(batch, surfel, towardsLight, towardsViewer(model.rig.views[view], p0).cast<float>());
+      photographs.push_back(view * model.rig.lights.size() + light);
+    }
+  ASSERT_GT(batch.size(), 200u);
+  const ShadingPlan plan = planShading(model, batch, kReciprocal);
+  size_t answered = 0;
+  for (uint32_t query = 0; query < batch.size(); ++query) {
+    const auto shares = sharesOf(model, batch, plan, query);
+    double all = 0;
+    for (const double share : shares) all += share;
+    if (shares[photographs[query]] > 0.9 * all) ++answered;
+  }
+  // A photograph that needs no exchange may have nearly the same directions.
+  EXPECT_GT(answered, 0.8 * static_cast<double>(batch.size()));
+  // Its pixel, which has the light's cosine, is scaled to that of the camera: the sphere is matte.
+  codec::BlockCache cache(model.files, size_t{1} << 28);
+  ShadingStats stats;
+  const std::vector<Rgb> radiance = shade(plan, cache, stats);
+  double squares = 0;
+  for (uint32_t query = 0; query < batch.size(); ++query) {
+    const Rgb truth = lambert(Studio{}.albedo, {1, 1, 1}, model.cloud.p0[batch.surfels[query]].raw(),
+                              batch.towardsLight[query].raw());
+    squares += std::pow(radiance[query].g / truth.g - 1, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())), 0.022);
+}
+
+TEST_F(PairWeight, OnlyKrigingThatIsForeshortenedIsReciprocal) {
+  EXPECT_TRUE(isReciprocal(model, kReciprocal));
+  for (const Interpolation other : {Interpolation::paper, Interpolation::separate, Interpolation::pairs}) {
+    ShadeOptions options = kReciprocal;
+    options.interpolation = other;
+    EXPECT_FALSE(isReciprocal(model, options));
+  }
+  ShadeOptions options = kReciprocal;
+  options.foreshortened = false;
+  EXPECT_FALSE(isReciprocal(model, options));
+}
+
+// In shadow there is no highlight: scales are wider for half vectors. Between, they change evenly.
+TEST_F(PairWeight, ScalesDependOnTheShadowState) {
+  const ulr::KrigingScales lit = scalesOf(model, kReciprocal, 1), shadow = scalesOf(model, kReciprocal, 0);
+  EXPECT_FLOAT_EQ(lit.half, model.interpolation.halfScale);
+  EXPECT_GT(shadow.half, lit.half);
+  float before = shadow.half;
+  for (float reached = 0.01f; reached <= 1; reached += 0.01f) {
+    const float half = scalesOf(model, kReciprocal, reached).half;
+    EXPECT_LT(half, before);
+    before = half;
+  }
+}
+
+// Rotates a direction about an axis.
+template <class D> D rotated(const D& direction, const Vec3<float>& axis, float angle) {
+  return assume<D>(Vec3<float>(Eigen::AngleAxisf(angle, axis) * direction.raw()));
+}
+
+enum class Moving { viewer, light, surface, warp };
+
+// A path of 0.3 radians: the viewer or the light goes around the surfel, the surfel moves over the sphere, or
+// a warp turns the surfel, which turns both directions.
+struct Path {
+  Moving moving;
+  uint32_t surfel;
+  Direction3<AcquisitionSpace> towardsView, towardsLight;
+  Vec3<float> axis;
+  float reached;
+};
+
+// The largest change of a photograph's weight in one step. Uses the model's surfels from `first` on.
+double largestChange(model::Model& model, const Path& path, uint32_t first, size_t steps) {
+  QueryBatch batch;
+  batch.lights = 1;
+  for (size_t step = 0; step <= steps; ++step) {
+    const float angle = 0.3f * static_cast<float>(step) / static_cast<float>(steps);
+    const auto surfel = first + static_cast<uint32_t>(step);
+    const bool turnsView = path.moving == Moving::viewer || path.moving == Moving::warp;
+    const bool turnsLight = path.moving == Moving::light || path.moving == Moving::warp;
+    model.cloud.p0[surfel] = model.cloud.p0[path.surfel];
+    model.cloud.r0[surfel] = model.cloud.r0[path.surfel];
+    if (path.moving == Moving::surface) {
+      model.cloud.p0[surfel] = rotated(model.cloud.p0[path.surfel], path.axis, angle);
+      model.cloud.r0[surfel] = rodriguesOf(rotated(normalOf(model, path.surfel), path.axis, angle));
+    }
+    for (auto* states : {&model.visibility, &*model.lightVisibility})
+      std::ranges::copy(states->of(path.surfel), states->values.begin() + surfel * states->views);
+    addQuery(batch, surfel, turnsView ? rotated(path.towardsView, path.axis, angle) : path.towardsView,
+             turnsLight ? rotated(path.towardsLight, path.axis, angle) : path.towardsLight);
+    batch.reached.push_back(path.reached);
+  }
+  const ShadingPlan plan = planShading(model, batch, kReciprocal);
+  std::vector<std::vector<double>> shares(batch.size(), std::vector<double>(14 * 20));
+  for (const ShadingOp& op : plan.ops)
+    for (const auto& [light, factor] : rowOf(plan, op))
+      shares[op.target][op.view * 20 + light] +=
+          op.weight * factor.r * capturedIrradiance(model, op, light, batch.surfels[op.target]).r;
+  for (auto& ofStep : shares) {
+    const double all = std::accumulate(ofStep.begin(), ofStep.end(), 0.0); // times the foreshortening
+    for (double& share : ofStep) share /= all;
+  }
+  double largest = 0;
+  for (size_t step = 1; step <= steps; ++step)
+    for (size_t i = 0; i < shares[step].size(); ++i)
+      largest = std::max(largest, std::abs(shares[step][i] - shares[step - 1][i]));
+  return largest;
+}
+
+// Half the step has at most 0.6 times the largest change, within 0.01: no weight jumps.
+TEST_F(PairWeight, ChangesContinuouslyAlongAThousandPaths) {
+  ASSERT_EQ(model.rig.views.size(), 14u);
+  ASSERT_EQ(model.rig.lights.size(), 20u);
+  constexpr size_t kSteps = 1024;
+  const auto first = static_cast<uint32_t>(model.cloud.size());
+  model.cloud.p0.resize(first + 2 * kSteps + 1);
+  model.cloud.r0.resize(first + 2 * kSteps + 1);
+  model.visibility.values.resize(model.cloud.size() * model.visibility.views);
+  model.lightVisibility->values.resize(model.cloud.size() * model.lightVisibility->views);
+  std::uniform_real_distribution<float> share(0, 1);
+  double jump = 0, worst = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto surfel = static_cast<uint32_t>(random() % first);
+    const auto outwards = [&] {
+      const auto direction = randomDirection(random);
+      return direction.raw().dot(model.cloud.p0[surfel].raw()) > 0 ? direction : -direction;
+    };
+    const Path path{static_cast<Moving>(i % 4),   surfel, outwards(), outwards(), randomUnit<float>(random),
+                    random() % 4 == 0 ? 0.f : 1.f};
+    const double coarse = largestChange(model, path, first, kSteps),
+                 fine = largestChange(model, path, first, 2 * kSteps);
+    jump = std::max(jump, fine - 0.6 * coarse);
+    worst = std::max(worst, fine);
+  }
+  EXPECT_LT(jump, 0.01);
+  EXPECT_LT(worst, 0.1);
+}
+
+} // namespace
+} // namespace surflect::shading
