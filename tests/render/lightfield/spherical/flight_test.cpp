@@ -73,7 +73,7 @@ TEST(Flight, KeepsItsBudgetAtTheHighestLevelThatFits) {
     FrameTimeModel model(6, kStart);
     Flight flight(tree, cache, model, {.budget = budget});
     constexpr int kFrames = 600, kWarmUp = 60;
-    double chosen = 0, best = 0;
+    double chosen = 0, best = 0, ancestors = 0;
     int within = 0;
     for (int i = 0; i < kFrames; ++i) {
       // Around the object, nearer and farther, up and down.
@@ -85,6 +85,8 @@ TEST(Flight, KeepsItsBudgetAtTheHighestLevelThatFits) {
       if (i < kWarmUp) continue;
       within += record.seconds <= 1.1 * budget;
       chosen += record.detail / (kFrames - kWarmUp);
+      ancestors += static_cast<double>(record.counts.substituted) /
+                   static_cast<double>(record.counts.triangles) / (kFrames - kWarmUp);
       double fitting = 0; // highest level whose time, images at hand, is within the budget
       for (int level = 1; level < 6; ++level)
         if (kGpu * static_cast<double>(visiblePencils(tree, static_cast<size_t>(level), window).size()) +
@@ -96,6 +98,7 @@ TEST(Flight, KeepsItsBudgetAtTheHighestLevelThatFits) {
     EXPECT_GE(within, 0.95 * (kFrames - kWarmUp)) << budget;
     EXPECT_NEAR(chosen, best, 1.0 / 3) << budget;
     EXPECT_GT(best, 2);
+    EXPECT_LT(ancestors, 0.1) << budget; // the level is not only a name
   }
 }
 
