@@ -262,6 +262,7 @@ void addLightFieldBuild(CLI::App& lightField, CommandWork& work) {
   addSlf(*command, work);
   addLumigraph(*command, work);
   addLightFieldMaps(*command, work);
+  addSphericalLightField(*command, work);
 }
 
 } // namespace surflect

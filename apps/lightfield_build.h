@@ -28,5 +28,7 @@ std::string mebibytes(uint64_t bytes);
 
 // `lightfield build lfm`.
 void addLightFieldMaps(CLI::App& build, CommandWork& work);
+// `lightfield build spherical`.
+void addSphericalLightField(CLI::App& build, CommandWork& work);
 
 } // namespace surflect

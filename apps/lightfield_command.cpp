@@ -4,7 +4,7 @@ namespace surflect {
 
 void addLightFieldCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand(
-      "lightfield", "light fields of an object under fixed light: build, compare and time them");
+      "lightfield", "light fields of an object under fixed light: build, compare, time and fly around them");
   command->footer("Example: surflect lightfield build slf views/ -o vase.slf\n"
                   "         surflect lightfield compare vase.slf vase.lum --views views/");
   command->require_subcommand(1);
@@ -12,6 +12,7 @@ void addLightFieldCommand(CLI::App& app, CommandWork& work) {
   addLightFieldBuild(*command, work);
   addLightFieldCompare(*command, work);
   addLightFieldBenchmark(*command, work);
+  addLightFieldFly(*command, work);
 }
 
 } // namespace surflect

@@ -7,6 +7,8 @@
 #include "render/lightfield/lumigraph/lumigraph_renderer.h"
 #include "render/lightfield/slf/field_file.h"
 #include "render/lightfield/slf/slf_renderer.h"
+#include "render/lightfield/spherical/spherical_file.h"
+#include "render/lightfield/spherical/spherical_renderer.h"
 #include "render/surfels/surfel_renderer.h"
 #include "srf/model/manifest.h"
 #include "surfel/base/error.h"
@@ -31,8 +33,14 @@ std::unique_ptr<Renderer> openRenderer(const std::filesystem::path& model, const
   if (format == lfm::kFormatTag)
     return std::make_unique<lfm::LfmRenderer>(model, lfm::LfmOptions{.samples = lightfield::kSamples},
                                               progress);
-  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat, slf::kFormatTag,
-                                    lumigraph::kFormat, lfm::kFormatTag),
+  if (format == spherical::kFormat)
+    return std::make_unique<spherical::SphericalRenderer>(
+        model,
+        spherical::SphericalOptions{.budgets = {options.cacheBytes, options.cacheBytes},
+                                    .samples = lightfield::kSamples},
+        progress);
+  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat,
+                                    slf::kFormatTag, lumigraph::kFormat, lfm::kFormatTag, spherical::kFormat),
                         '"' + format + '"')
       .at("format")
       .in(model / model::kManifestFile);

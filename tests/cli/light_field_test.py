@@ -63,8 +63,10 @@ class LightField(TestInFolder):
             "slf": succeed("lightfield", "build", "slf", cls.views, "-o", cls.folder / "ball.slf", "--regions", "30"),
             "lumigraph": succeed("lightfield", "build", "lumigraph", cls.views, "-o", cls.folder / "ball.lum", "--like",
                                  cls.folder / "ball.slf", "--st", "5"),
-            "lfm": succeed("lightfield", "build", "lfm", cls.views, "-o", cls.folder / "ball.lfm", "--view-size", "12")}
-        cls.models = [cls.folder / "ball.slf", cls.folder / "ball.lum", cls.folder / "ball.lfm"]
+            "lfm": succeed("lightfield", "build", "lfm", cls.views, "-o", cls.folder / "ball.lfm", "--view-size", "12"),
+            "spherical": succeed("lightfield", "build", "spherical", cls.views, "-o", cls.folder / "ball.sph", "--levels", "3",
+                                 "--size", "64")}
+        cls.models = [cls.folder / "ball.slf", cls.folder / "ball.lum", cls.folder / "ball.lfm", cls.folder / "ball.sph"]
 
     def script(self, model, more=""):
         script = self.folder / f"{model.name}.toml"
@@ -124,9 +126,9 @@ class LightField(TestInFolder):
         scores = [row["psnr_linear_db"] for row in rows]
         self.assertEqual([row["name"] for row in rows], [str(packed), *map(str, self.models), "nearest view"])
         self.assertGreater(min(scores), 25)  # wrong cameras or mirrored textures give less than 20
-        self.assertEqual([len(row["frames"]) for row in rows], [4] * 5)
+        self.assertEqual([len(row["frames"]) for row in rows], [4] * 6)
         self.assertGreater(rows[1]["passes"], 0)
-        self.assertNotIn("bytes", rows[4])
+        self.assertNotIn("bytes", rows[5])
         self.assert_refused("no nearest view", "lightfield", "compare", self.models[0], "--views", self.views, "--nearest")
 
     def test_evaluate_and_compare_agree(self):
@@ -146,6 +148,39 @@ class LightField(TestInFolder):
             self.assertEqual(report["frames"], 4)
             self.assertGreater(report["frame_ms"]["least"], 0)
 
+    def test_the_report_of_a_spherical_light_field_adds_up(self):
+        spherical = self.reports["spherical"]
+        self.assertEqual(spherical["images"], 20 * 4 ** 2)
+        self.assertEqual(len(spherical["level_bytes"]), 3)
+        self.assertLess(sum(spherical["level_bytes"]), spherical["bytes"])
+        self.assertGreater(spherical["level_bytes"][2], spherical["level_bytes"][0])  # 240 images and 20
+        for options in (["--levels", "7"], ["--size", "100"]):
+            self.assertEqual(run("lightfield", "build", "spherical", self.views, "-o", self.folder / "none", *options).returncode, 2)
+
+    def test_a_flight_reports_every_frame(self):
+        script = self.script(self.models[3])
+        report = succeed("lightfield", "fly", script, "--rounds", "8", "--warm-up", "4", "--budget-ms", "10000")
+        self.assertEqual(len(report["flight"]), 16)
+        self.assertEqual(report["summary"]["frames"], 12)
+        self.assertEqual(report["summary"]["share_within_budget"], 1)
+        levels = [frame["level"] for frame in report["flight"]]
+        self.assertEqual(levels, sorted(levels))  # climbs
+        self.assertEqual(levels[-1], 2)
+        fixed = succeed("lightfield", "fly", script, "--level", "1", "--wait", "--plane", "--single")["flight"]
+        self.assertEqual([frame["level"] for frame in fixed], [1, 1])
+        self.assertEqual([frame["triangles_of_ancestors"] for frame in fixed], [0, 0])
+        self.assertGreater(fixed[0]["images_read"], 0)
+
+    def test_a_flight_that_cannot_be_flown_is_one_line(self):
+        script = self.script(self.models[3])
+        for said, options in (("budget of main memory", ["--memory-mb", "0"]), ("budget of the GPU", ["--gpu-mb", "0"]),
+                              ("--level", ["--level", "2.5"])):
+            self.assert_refused(said, "lightfield", "fly", script, *options)
+        self.assert_refused("format", "lightfield", "fly", self.script(self.models[0]))
+        (self.models[3] / "level1.tiles").rename(self.folder / "away")
+        self.assert_refused("level1.tiles: cannot open", "lightfield", "fly", script)
+        (self.folder / "away").rename(self.models[3] / "level1.tiles")
+
     def test_other_light_and_warps_are_refused(self):
         light = '[[light]]\ntype = "directional"\ndirection = [0, 0, 1]\n'
         warp = '[[warp]]\ntype = "scale"\nfactor = [1, 1, 2]\n'
@@ -156,7 +191,8 @@ class LightField(TestInFolder):
     def test_the_same_build_gives_the_same_bytes_for_any_number_of_threads(self):
         for kind, model, options in (("slf", self.models[0], ["--regions", "30"]),
                                      ("lumigraph", self.models[1], ["--like", self.models[0], "--st", "5"]),
-                                     ("lfm", self.models[2], ["--view-size", "12"])):
+                                     ("lfm", self.models[2], ["--view-size", "12"]),
+                                     ("spherical", self.models[3], ["--levels", "3", "--size", "64"])):
             again = self.folder / f"again.{kind}"
             succeed("lightfield", "build", kind, self.views, "-o", again, *options, "--threads", "1")
             self.assert_same_files(content(again), content(model))
@@ -182,7 +218,7 @@ class LightField(TestInFolder):
         for file in self.views.iterdir():
             if file.name != "transforms.json":
                 (shutil.copytree if file.is_dir() else shutil.copy)(file, self.folder / "held" / file.name)
-        for kind in ("slf", "lumigraph", "lfm"):
+        for kind in ("slf", "lumigraph", "lfm", "spherical"):
             self.assert_refused("training frames", "lightfield", "build", kind, self.folder / "held", *out)
 
 

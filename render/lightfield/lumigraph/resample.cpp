@@ -2,79 +2,14 @@
 
 #include "render/lightfield/common/pull_push.h"
 #include "srf/image/half_float.h"
-#include "surfel/base/error.h"
-#include "surfel/geometry/mesh.h"
+
+#include <Eigen/Core>
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <string>
-#include <utility>
 
 namespace surflect::lumigraph {
-
-namespace {
-
-// Colours of several views at P, offered in the order of their penalties.
-struct Candidates {
-  ulr::NearestCandidates nearest;
-  std::vector<Eigen::Vector3f> colors; // by candidate's index
-
-  void offer(double penalty, const Eigen::Vector3f& color) {
-    nearest.offer({static_cast<uint32_t>(colors.size()), static_cast<float>(penalty)});
-    colors.push_back(color);
-  }
-  Eigen::Vector3f blended() const {
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (const ulr::Blended& blended : ulr::ulrWeights(nearest))
-      sum += blended.weight * colors[blended.index];
-    return sum;
-  }
-};
-
-} // namespace
-
-Resampler::Resampler(const lightfield::Views& views, const ResampleOptions& options, const Progress& progress)
-    : input_(views), options_(options), photographs_(views, progress), sight_(photographs_, views.rays()) {
-  if (options.views < 1 || options.views > ulr::kMaxBlended)
-    throw Error::mismatch("1.." + std::to_string(ulr::kMaxBlended), std::to_string(options.views))
-        .at("views");
-}
-
-Sample Resampler::at(const Line& line) const {
-  const auto hit = input_.rays().firstHit(line.origin, line.direction);
-  if (!hit) return {};
-  const Point p = line.origin + hit->distance * line.direction;
-  const Direction back = -line.direction;
-  Vec3<double> normal = areaVector(input_.mesh(), hit->triangle).normalized();
-  if (normal.dot(back.raw()) < 0) normal = -normal;
-
-  struct Order {
-    double penalty;
-    size_t photograph;
-  };
-  thread_local std::vector<Order> order;
-  order.clear();
-  for (size_t i = 0; i < sight_.photographs(); ++i)
-    order.push_back({ulr::anglePenalty(back, sight_.towards(i, p)), i});
-  const auto later = [](const Order& a, const Order& b) {
-    return std::pair(a.penalty, a.photograph) > std::pair(b.penalty, b.photograph);
-  };
-  std::ranges::make_heap(order, later);
-  Candidates candidates{ulr::NearestCandidates(options_.views), {}};
-  while (!order.empty()) {
-    std::ranges::pop_heap(order, later);
-    const auto [penalty, photograph] = order.back();
-    order.pop_back();
-    if (!(penalty < static_cast<double>(candidates.nearest.worst()))) break; // fades only raise penalties
-    const auto seen = sight_.observe(photograph, {p, normal, normal});
-    if (!seen) continue;
-    if (options_.nearest) return {Sample::Kind::seen, seen->radiance};
-    candidates.offer(penalty / static_cast<double>(seen->fade), seen->radiance);
-  }
-  if (candidates.colors.empty()) return {Sample::Kind::unseen, {}};
-  return {Sample::Kind::seen, candidates.blended()};
-}
 
 std::vector<Texel> Resampler::picture(const Slab& slab, int i, int j, Tally& tally,
                                       const Progress& progress) const {

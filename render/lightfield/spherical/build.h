@@ -1,0 +1,36 @@
+// Builds a spherical light field from views under fixed light.  [Domingo 2007, §3.1]
+#pragma once
+
+#include "render/lightfield/common/ray_radiance.h"
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/spherical/spherical_file.h"
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace surflect::spherical {
+
+struct BuildOptions {
+  size_t levels = 4; // 1..kMostLevels
+  int size = 128;    // of an image's side, texels
+  lightfield::RayBlend rays = {};
+};
+
+struct BuildReport {
+  FieldShape shape;
+  size_t seen = 0, unseen = 0;           // texels on the object, by whether a photograph sees them
+  std::vector<uint64_t> levelBytes;      // on disk, of the images that belong to each level
+  uint64_t bytes = 0;                    // of the folder
+  std::map<std::string, double> seconds; // by step
+};
+
+// Writes the folder (spherical_file.h). Only training views are read. Throws Error and Cancelled.
+BuildReport build(const lightfield::Views& views, const BuildOptions& options,
+                  const std::filesystem::path& folder, const Progress& progress = {});
+
+} // namespace surflect::spherical

@@ -1,0 +1,74 @@
+// Three levels of images: on disk, in main memory and on the GPU.  [Domingo 2007, §4.1]
+//
+// The images of level 0 are always on the GPU. An image on its way from disk already has its place in main
+// memory, so that neither budget is ever exceeded.
+#pragma once
+
+#include "render/lightfield/spherical/image_loader.h"
+#include "render/lightfield/spherical/lru_slots.h"
+#include "render/lightfield/spherical/spherical_file.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+namespace surflect::spherical {
+
+// Images on the GPU, by slot.
+class TextureStore {
+public:
+  virtual ~TextureStore() = default;
+  virtual void upload(uint32_t slot, const PencilImage& image) = 0;
+};
+
+struct CacheBudgets {
+  size_t memoryBytes = size_t{512} << 20, gpuBytes = size_t{512} << 20;
+};
+
+// Slots of both levels that the budgets allow, and no more than the field has images. `mostLayers`: of the
+// driver. Throws Error naming a budget that is too small: main memory must hold one image, the GPU those of
+// level 0 and one more.
+struct CacheSlots {
+  size_t memory = 0, gpu = 0;
+};
+CacheSlots slotsFor(const FieldShape& shape, const CacheBudgets& budgets, size_t mostLayers);
+
+enum class Place { gpu, memory, loading, disk };
+
+class ImageCache {
+public:
+  // Loads the images of level 0 to the GPU. Loader and textures must outlive the cache; textures have
+  // slots.gpu slots. Throws Error where an image cannot be read.
+  ImageCache(const CacheSlots& slots, ImageLoader& loader, TextureStore& textures);
+
+  Place placeOf(ImageNumber image) const;
+  // Images that are wanted keep their places in main memory and on the GPU until they are released.
+  void want(ImageNumber image);
+  // Slot of an image on the GPU, which it keeps until release().
+  std::optional<uint32_t> use(ImageNumber image);
+  // Whether the image is on the GPU afterwards: it is in main memory, and a slot could be had.
+  bool upload(ImageNumber image);
+  // Starts loading an image from disk; false if there is no room, as images that are wanted, or on their way,
+  // fill main memory.
+  bool request(ImageNumber image);
+  // Takes what has been loaded. `wait`: until at least one image has been. Throws Error where an image could
+  // not be read.
+  void collect(bool wait);
+  // A new frame, or part of one: images that were wanted or used may be replaced.
+  void release() { memory_.release(), gpu_.release(); }
+  // Those in main memory may be replaced.
+  void releaseMemory() { memory_.release(); }
+
+  size_t memoryUsed() const { return memory_.used(); } // slots, those of images being loaded included
+  size_t gpuUsed() const { return gpu_.used(); }
+
+private:
+  ImageLoader& loader_;
+  TextureStore& textures_;
+  LruSlots memory_, gpu_;
+  std::unordered_map<ImageNumber, std::shared_ptr<const PencilImage>> images_; // in main memory
+};
+
+} // namespace surflect::spherical

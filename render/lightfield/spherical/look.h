@@ -1,0 +1,15 @@
+// How a spherical light field is looked at.
+#pragma once
+
+namespace surflect::spherical {
+
+// How a field is looked at.
+struct Look {
+  double detail = 0;        // continuous level of detail, 0..levels-1
+  double mip = 0;           // least mip level of the images
+  bool depth = true;        // rays meet the heights of an image rather than its plane
+  bool interpolated = true; // between neighbouring pencils
+  friend bool operator==(const Look&, const Look&) = default;
+};
+
+} // namespace surflect::spherical

@@ -1,0 +1,78 @@
+#include "render/lightfield/spherical/reprojection.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect::spherical {
+
+namespace {
+
+struct HeightAbove {
+  double h, above;
+};
+
+// Zero of a function between a place where it is negative and one where it is not, by the Illinois method:
+// false position that halves the value at an end which is kept twice.
+template <class Above> double crossing(const Above& above, HeightAbove high, HeightAbove low) {
+  int kept = 0; // how often in a row: the high end if positive, the low one if negative
+  for (int i = 0; i < kRefinements && low.above > 0; ++i) {
+    const double h = high.h + (low.h - high.h) * high.above / (high.above - low.above), value = above(h);
+    if (value >= 0) {
+      low = {h, value};
+      kept = std::max(kept, 0) + 1;
+      if (kept > 1) high.above /= 2;
+    } else {
+      high = {h, value};
+      kept = std::min(kept, 0) - 1;
+      if (kept < -1) low.above /= 2;
+    }
+  }
+  return low.h;
+}
+
+} // namespace
+
+Vec2<double> atPlane(const Vec3<double>& e, const Vec3<double>& w) {
+  return e.head<2>() - e[2] / w[2] * w.head<2>();
+}
+
+Vec2<double> slopeOf(const Vec3<double>& e, const Vec2<double>& atPlane) {
+  return (e.head<2>() - atPlane) / e[2];
+}
+
+bool passesSphere(const Vec2<double>& atPlane, const Vec2<double>& slope) {
+  const Vec2<double> offset = atPlane - Vec2<double>(0.5, 0.5);
+  const double along = offset.dot(slope);
+  return offset.squaredNorm() - along * along / (1 + slope.squaredNorm()) < 0.25;
+}
+
+int stepsOf(const Vec2<double>& slope, int size, double mip) {
+  return static_cast<int>(
+      std::clamp(std::ceil(slope.norm() * size * std::exp2(-mip)), 1.0, 0.0 + kMostSteps));
+}
+
+std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
+                                const Vec2<double>& slope, double mip) {
+  const auto above = [&](double h) { return heightAt(image, atPlane + h * slope, mip) - h; };
+  const int steps = stepsOf(slope, image.mips[0].size, mip);
+  std::optional<double> met;
+  double metAlpha = 0, high = 0.5, highAbove = std::min(0.0, above(high));
+  for (int i = 1; i <= steps; ++i) {
+    const double low = 0.5 - static_cast<double>(i) / steps, lowAbove = above(low);
+    if (highAbove < 0 && lowAbove >= 0) {
+      const double h = crossing(above, {high, highAbove}, {low, lowAbove});
+      const double alpha = colorAt(image, atPlane + h * slope, mip)[3];
+      if (alpha > metAlpha) met = h, metAlpha = alpha;
+      if (alpha >= kSolid) break;
+    }
+    high = low, highAbove = lowAbove;
+  }
+  return met;
+}
+
+double mipFor(const Sphere& sphere, int size, double distance, double pixel) {
+  const double texel = 2 * sphere.radius / size;
+  return std::max(0.0, std::log2(distance * pixel / texel));
+}
+
+} // namespace surflect::spherical

@@ -1,0 +1,63 @@
+// Frames of a spherical light field by OpenGL: pencils of the directional sphere, textured by their images
+// and summed by their weights, in single precision. reference.h has the plain form.  [Domingo 2007, §3.1]
+#pragma once
+
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/texture.h"
+#include "render/lightfield/spherical/image_cache.h"
+#include "render/lightfield/spherical/look.h"
+#include "render/lightfield/spherical/pencil_weights.h"
+#include "render/lightfield/spherical/reference.h"
+#include "srf/capture/camera.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace surflect::spherical {
+
+// A part of a pencil with the image that is shown for it.
+struct TexturedTriangle {
+  WeightedTriangle part;
+  ImageNumber image = 0;
+  uint32_t slot = 0;
+};
+
+// Belongs to the current context, as the objects of render/gl do.
+class SphericalFrame : public TextureStore {
+public:
+  // Throws Error if the driver cannot make textures of so many slots.
+  SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots);
+
+  void upload(uint32_t slot, const PencilImage& image) override;
+
+  // Begins a picture with samples x samples for each pixel. Throws Error for a camera that is not a pinhole
+  // or distorts.
+  void begin(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples);
+  // Adds triangles to the picture.
+  void add(std::span<const TexturedTriangle> triangles);
+  // The picture; its depth only if it is asked for.
+  Picture read(bool depth);
+  size_t textureBytes() const { return textureBytes_; }
+
+private:
+  struct Target {
+    gl::Texture color, depth;
+    gl::Framebuffer framebuffer;
+    Target(int width, int height);
+  };
+
+  FieldShape shape_;
+  std::vector<ImageAxes> axes_; // by image
+  gl::Texture colors_, heights_;
+  gl::Program program_;
+  std::optional<Target> target_;
+  capture::Camera<AcquisitionSpace> camera_; // of the picture that was begun
+  int samples_ = 1;
+  size_t textureBytes_ = 0;
+};
+
+} // namespace surflect::spherical

@@ -1,0 +1,116 @@
+#include "render/lightfield/spherical/spherical_renderer.h"
+
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/spherical/build.h"
+#include "render/lightfield/spherical/open_flight.h"
+#include "surfel/base/error.h"
+#include "tests/support/synthetic_capture.h"
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+namespace surflect::spherical {
+namespace {
+
+// A matte sphere, built once.
+class SphericalRendererTest : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<image::TemporaryFolder>();
+    studio::photograph({.cameras = 30, .lights = 0, .size = 48}, *folder_ / "capture");
+    build(lightfield::Views(*folder_ / "capture"), {.levels = 3, .size = 64}, *folder_ / "field");
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static scene::Scene sceneFrom(const Vec3<double>& direction, const warp::Warp& warp) {
+    return {warp, studio::cameraFrom<ObjectSpace>(direction, 48), {}};
+  }
+  static size_t images(size_t count) { return count * imageBytes(64); }
+
+  static inline std::unique_ptr<image::TemporaryFolder> folder_;
+  const warp::WarpPointer rest_ = warp::chainWarp({});
+};
+
+TEST_F(SphericalRendererTest, ShowsTheObjectFromNewViewpoints) {
+  SphericalRenderer renderer(*folder_ / "field");
+  for (const Vec3<double>& direction :
+       {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1), Vec3<double>(0, -1, 0.1)}) {
+    const render::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_), {"depth"});
+    const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, 48);
+    const image::Image truth = studio::overBlack(studio::viewSphere(camera, 1), studio::fixedRadiance);
+    double squares = 0;
+    size_t covered = 0;
+    for (size_t i = 0; i < truth.values.size(); i += 4) {
+      if (truth.values[i + 3] < 1 || layers.color.values[i + 3] < 0.99f) continue;
+      ++covered;
+      for (size_t channel = 0; channel < 3; ++channel)
+        squares +=
+            std::pow(static_cast<double>(truth.values[i + channel] - layers.color.values[i + channel]), 2);
+    }
+    EXPECT_GT(covered, 500u);
+    EXPECT_LT(std::sqrt(squares / (3.0 * static_cast<double>(covered))), 0.02);
+    EXPECT_NEAR(layers.aovs.at("depth").at(24, 24)[0], studio::cameraDistance - 1, 0.03);
+  }
+}
+
+TEST_F(SphericalRendererTest, PixelsDependNeitherOnBudgetsNorOnWhatWasRenderedBefore) {
+  SphericalRenderer large(*folder_ / "field");
+  SphericalRenderer small(*folder_ / "field", {.budgets = {images(1), images(21)}});
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image first = large.render(scene).color;
+  small.render(sceneFrom({-3, 1, 1}, *rest_));
+  const render::FrameLayers batched = small.render(scene);
+  EXPECT_GT(batched.report.counts.at("passes"), 1);
+  EXPECT_EQ(batched.color.values, first.values);
+  EXPECT_EQ(large.render(scene).color.values, first.values);
+}
+
+TEST_F(SphericalRendererTest, KnobsChangeThePixelsAndTheIdentity) {
+  SphericalRenderer renderer(*folder_ / "field");
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image full = renderer.render(scene).color;
+  const std::string identity = renderer.describe().identity;
+  for (const knobs::Setting& setting :
+       {knobs::Setting{{"level", 1}}, {{"level", 0.5}}, {{"depth", 0}}, {{"interpolation", 0}}}) {
+    renderer.turn(setting);
+    EXPECT_NE(renderer.describe().identity, identity);
+    EXPECT_NE(renderer.render(scene).color.values, full.values);
+  }
+  renderer.turn({});
+  EXPECT_EQ(renderer.describe().identity, identity);
+  for (const knobs::Setting& setting :
+       {knobs::Setting{{"level", 3}}, {{"level", -1}}, {{"depth", 0.5}}, {{"other", 1}}})
+    EXPECT_THROW(renderer.turn(setting), Error);
+}
+
+TEST_F(SphericalRendererTest, BudgetsThatAreTooSmallAreRefused) {
+  EXPECT_THROW(SphericalRenderer(*folder_ / "field", {.budgets = {0, images(100)}}), Error);
+  EXPECT_THROW(SphericalRenderer(*folder_ / "field", {.budgets = {images(100), images(20)}}), Error);
+}
+
+TEST_F(SphericalRendererTest, AFlightThatWaitsShowsWhatTheRendererShows) {
+  SphericalRenderer renderer(*folder_ / "field");
+  const image::Image expected = renderer.render(sceneFrom({1, 2, 3}, *rest_)).color;
+  OpenFlight flight(*folder_ / "field", {}, {.wait = true});
+  const FrameRecord record =
+      flight.frame(studio::cameraFrom<AcquisitionSpace>({1, 2, 3}, 48), {2, 0, true, true}, 1);
+  EXPECT_EQ(flight.picture().color.values, expected.values);
+  EXPECT_GT(record.counts.reads, 0u);
+  EXPECT_EQ(record.counts.substituted, 0u);
+  EXPECT_GT(record.seconds, 0);
+}
+
+TEST_F(SphericalRendererTest, AFlightThatDoesNotWaitFillsInWhatArrives) {
+  OpenFlight flight(*folder_ / "field", {}, {});
+  const auto camera = studio::cameraFrom<AcquisitionSpace>({1, 2, 3}, 48);
+  size_t missing = 1;
+  for (int frame = 0; frame < 1000 && missing > 0; ++frame) {
+    missing = flight.frame(camera, {2, 0, true, true}, 1).counts.substituted;
+    EXPECT_GT(flight.picture().color.at(24, 24)[3], 0.99f); // never a hole
+  }
+  EXPECT_EQ(missing, 0u);
+}
+
+} // namespace
+} // namespace surflect::spherical
