@@ -56,8 +56,8 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
       ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
   command
       .add_option("--shadows", options.shadows,
-                  "under pairs and kriging, find shadows by rays, and let photographs in light and in shadow "
-                  "answer apart; default: the model's")
+                  "under pairs and kriging, find shadows by rays; lit photographs then show lit surfels, and "
+                  "shadowed ones shadow; default: the model's")
       ->option_text("on or off")
       ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
   command

@@ -68,14 +68,16 @@ void announceInterpolation(const model::InterpolationSelection& selection) {
   if (!selection.leftOut) return;
   const auto& [chosen, separate] = *selection.leftOut;
   if (selection.choice.kind == ulr::Interpolation::separate)
-    say(fmt::format("photographs: weighted by camera and light apart; one left out is told to {:.1f} dB",
-                    separate));
+    say(fmt::format(
+        "photographs: weighted by camera and light apart; those left out are predicted to {:.1f} dB",
+        separate));
   else
-    say(fmt::format("photographs: weighted by {}, half-vector scale {:.1f}{}{}; one left out is told to "
-                    "{:.1f} dB, by camera and light apart to {:.1f} dB",
-                    nameOf(selection.choice.kind), selection.choice.halfScale,
-                    selection.choice.reciprocal ? ", reciprocal" : "",
-                    selection.choice.shadows ? "" : ", without shadow rays", chosen, separate));
+    say(fmt::format(
+        "photographs: weighted by {}, half-vector scale {:.1f}{}{}; those left out are predicted to "
+        "{:.1f} dB, by camera and light apart to {:.1f} dB",
+        nameOf(selection.choice.kind), selection.choice.halfScale,
+        selection.choice.reciprocal ? ", reciprocal" : "",
+        selection.choice.shadows ? "" : ", without shadow rays", chosen, separate));
 }
 
 } // namespace

@@ -2,7 +2,6 @@
 
 #include "srf/codec/block_cache.h"
 #include "srf/image/color.h"
-#include "srf/shading/light_weights.h"
 #include "srf/shading/plan.h"
 #include "srf/shading/shade.h"
 
@@ -22,14 +21,14 @@ constexpr size_t kFewest = 4;                  // cameras, and lights, to leave 
 constexpr double kSeenWell = 0.5;              // least visibility weight
 constexpr double kGainDb = 1;                  // that kriging must have over separate weights
 
-struct Way {
+struct Candidate {
   ulr::InterpolationChoice choice;
   bool foreshortened = false;
 };
 
 // The first is that of separate weights.
-std::vector<Way> candidatesFor(const Model& model, bool hasNormals) {
-  std::vector<Way> candidates{{{}, model.lightBlend.foreshortened}};
+std::vector<Candidate> candidatesFor(const Model& model, bool hasNormals) {
+  std::vector<Candidate> candidates{{{}, model.lightBlend.foreshortened}};
   for (const bool foreshortened : {false, true}) {
     const bool isPossible =
         model.isFullProduct ? foreshortened == model.lightBlend.foreshortened : !foreshortened || hasNormals;
@@ -85,7 +84,8 @@ Model sampleOf(const Model& model) {
                                            : std::nullopt);
 }
 
-// A photograph to be predicted, and what the others are left without. Its column is its number in its view.
+// A photograph to be predicted, and what is removed from the model to predict it. Its column is its number in
+// its view.
 struct Fold {
   size_t view, column, light;
   bool leavesView, leavesLight; // out; if neither, only the photograph
@@ -109,7 +109,7 @@ std::vector<Fold> foldsOf(const Model& model) {
   return folds;
 }
 
-// The sample as if what the fold leaves out had not been captured.
+// The sample without what the fold leaves out. Visibility and normals stay those of the whole capture.
 Model without(const Model& sample, const Fold& left) {
   const bool hasLess = left.leavesLight && sample.lightVisibility;
   Model rest = withSurfels(
@@ -210,7 +210,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
   const size_t views = model.rig.views.size(), lights = model.rig.lights.size();
   if (views < kFewest || lights < kFewest || model.cloud.size() == 0) return {};
   const Model sample = sampleOf(model);
-  const std::vector<Way> candidates = candidatesFor(model, hasNormals);
+  const std::vector<Candidate> candidates = candidatesFor(model, hasNormals);
   codec::BlockCache cache(model.files, size_t{256} << 20);
   shading::ShadingStats stats;
   std::vector<Errors> errors(candidates.size());

@@ -12,7 +12,7 @@ namespace surflect::model {
 
 struct InterpolationSelection {
   ulr::InterpolationChoice choice;
-  bool foreshortened = false; // blends of pairs
+  bool foreshortened = false; // whether blends of pairs are
   // Error of the predicted photographs, as the mean of the PSNR in linear light and after the sRGB curve:
   // with the choice, and with separate weights. Empty if there are too few cameras or lights.
   struct LeftOut {
@@ -21,12 +21,11 @@ struct InterpolationSelection {
   std::optional<LeftOut> leftOut;
 };
 
-// Chooses among separate weights, and kriging with several scales, with and without reciprocity. Separate
-// weights stay unless kriging gains 1 dB, as leaving a camera out widens gaps, where kriging gains most; for
-// users who ask for kriging nevertheless, the choice has its best scale. Blends of pairs are foreshortened if
-// the model's light blend is. In a capture with gaps, which has none, single photographs are left out, and
-// foreshortening is chosen too if there are normals. Reads blocks of the model's view files. Throws Error as
-// ViewFile::read, and Cancelled.
+// Chooses among separate weights, and kriging with several scales, with and without reciprocity and shadow
+// states. Separate weights stay unless kriging gains 1 dB, as leaving a camera out widens gaps, where kriging
+// gains most. The best settings of kriging are stored even then. Blends of pairs are foreshortened if the
+// model's light blend is; in a capture with gaps, which has no light blend, if there are normals and the
+// error is less. Reads blocks of the model's view files. Throws Error as ViewFile::read, and Cancelled.
 InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
                                            const Progress& progress = {});
 

@@ -20,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace surflect::model {
 
@@ -103,7 +104,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   if (announce)
     announce(
         estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(), progress));
-  const SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
+  SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
   report.surfels = cloud.size();
   for (const capture::View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
@@ -112,7 +113,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Stopwatch fadeWatch;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  const ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   const Stopwatch storeWatch;
@@ -156,14 +157,16 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     report.invalidTexels += loaded.invalidTexels;
   }
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
-  Model model = makeModel(
-      folder,
-      {rigOf(capture, frames), cloud, visibility, store.white, store.tolerance, surveyed->lights.blend},
-      progress);
+  Model model = makeModel(folder,
+                          {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
+                           store.tolerance, surveyed->lights.blend},
+                          progress);
   report.interpolation =
       selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);
   model.interpolation = report.interpolation.choice;
-  if (report.interpolation.leftOut) model.lightBlend.foreshortened = report.interpolation.foreshortened;
+  if (report.interpolation.leftOut)
+    model.lightBlend.foreshortened = report.lightChoice.blend.foreshortened =
+        report.interpolation.foreshortened;
   writeModel(model, progress);
   report.storeSeconds = storeWatch.seconds();
   progress("reflectance images", 1);

@@ -5,7 +5,6 @@
 #include "srf/ulr/weight_truncation.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -119,7 +118,9 @@ float PairWeights::confidenceIn(uint32_t view, const Direction3<AcquisitionSpace
   const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
   if (best.penalty <= ulr::kFallbackFrom) return seen;
   const float angle = ulr::anglePenalty(towards, batch_.towardsView[query_]);
-  return std::max(seen, ulr::fallbackConfidence(angle, penalty)); // the view may be a fallback
+  // The view may be a fallback. In a full product, its nearness is 0 where fallbacks begin.
+  const float begun = isSparse_ ? std::min(1.f, best.penalty - ulr::kFallbackFrom) : 1;
+  return std::max(seen, begun * ulr::fallbackConfidence(angle, penalty));
 }
 
 void PairWeights::setAllViews(const BestView& best) {
@@ -155,7 +156,7 @@ void PairWeights::setNearLights(const ulr::NearestCandidates& nearest, bool uses
 
 // Viewers are the lights of the rig that are nearest to the requested viewer; lights are the views that are
 // nearest to the l-th light of the query, which they see as lit.
-void PairWeights::setExchanged(size_t l, bool usesShadows) {
+void PairWeights::setExchanged(size_t l, std::optional<float> requested) {
   if (!nearestOfView_.isPrecise(lane_) || !nearestViewsOfLight_[l]->isPrecise(lane_)) return;
   const ulr::NearestCandidates lights = nearestOfView_.candidates(lane_),
                                views = nearestViewsOfLight_[l]->candidates(lane_);
@@ -167,7 +168,7 @@ void PairWeights::setExchanged(size_t l, bool usesShadows) {
     exchanged_.viewers.add(light, towards,
                            nearness(penalty, lights.sorted()[0].penalty, ofLights) *
                                exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
-                                                   usesShadows ? reachedBy(light) : 1));
+                                                   requested ? *requested * reachedBy(light) : 1));
   }
   const auto visibility = field_.visibility.of(surfel_);
   for (const auto& [view, penalty] : views.sorted().first(std::min(kNear, views.sorted().size())))
@@ -306,7 +307,7 @@ ulr::BlendSet PairWeights::sparseBlend(const LightQuery& asked) const {
     const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
     return {index % count, ulr::pairPlace(towardsViews_[view], towards, 1, scales),
             seen * exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
-                                       asked.reached ? reachedBy(light) : 1),
+                                       asked.reached ? *asked.reached * reachedBy(light) : 1),
             kReciprocalNugget};
   };
   const ulr::PairPlace requested =
@@ -345,7 +346,8 @@ PairWeights::Blend PairWeights::blendOf(ulr::BlendSet weights, const LightQuery&
   if (asked.extrapolation == ulr::LightExtrapolation::fade && !nearest_)
     blend.scale = coverage_.at(nearestLights.sorted()[0].penalty);
   if (isForeshortened) blend.scale *= foreshorteningOf(blend.weights, asked);
-  if (asked.reached) blend.lacksState = shareOfState(blend.weights, *asked.reached) < 0.5f;
+  if (asked.reached && !blend.weights.empty())
+    blend.lacksState = shareOfState(blend.weights, *asked.reached) < 0.5f;
   return blend;
 }
 
@@ -353,7 +355,7 @@ PairWeights::Blend PairWeights::blendOf(ulr::BlendSet weights, const LightQuery&
 float PairWeights::shareOfState(const ulr::BlendSet& weights, float reached) const {
   float share = 0;
   for (const auto& [number, weight] : weights)
-    if (std::abs(reachedBy(pairs_[number].light) - reached) < 0.5f) share += weight;
+    if (std::abs(reachedBy(pairs_[number].light) - reached) <= 0.5f) share += weight;
   return share;
 }
 
@@ -370,7 +372,7 @@ PairWeights::Blend PairWeights::blend(size_t l) {
   setNearLights(lights, asked.reached.has_value());
   exchanged_.viewers.size = exchanged_.lights.size = 0;
   if (reciprocal_ && asked.reached.value_or(1) > 0)
-    setExchanged(l, asked.reached.has_value()); // exchanged pairs show a lit surfel
+    setExchanged(l, asked.reached); // exchanged pairs show a lit surfel
   return blendOf(nearBlend(asked), asked, lights, foreshortened_);
 }
 

@@ -1,13 +1,14 @@
 // Weights of (camera, light) pairs.
 //
 //   paper, separate:  p_ij = p_i + p_j,    w_ij by ULR over all pairs that were photographed
-//   pairs:            p_ij = d_ij^2 / 2,   w_ij by ULR over all pairs, those of near views and lights where
-//                                          all lights were photographed from all cameras
-//   kriging:                               w_ij by kriging over the nearest of these pairs (kriging.h)
+//   pairs:            p_ij = (d_ij^2 + t_j^2) / (2 c_ij),   w_ij by ULR
+//   kriging:          p_ij = d_ij (1 + t_j) / c_ij,         w_ij by kriging over the pairs of least p_ij
+//
+// The last two consider the pairs of the nearest views and lights if every view has every light, else all.
 //
 // Symbols: p_i penalty of view i (camera_weights.h), p_j = 1 - cos of the angle at the surfel between
-// captured light j and the light of the query, d_ij distance of a pair from the requested one (kriging.h),
-// divided by the root of c_ij for pairs and by c_ij for kriging.  [Weyrich 2005, §5.2]
+// captured light j and the light of the query [Weyrich 2005, §5.2]; d_ij distance of a pair from the
+// requested one without shadow states (kriging.h), t_j difference of their shadow states in scales.
 //
 // c_ij = s_i n_i n_j is the confidence in a pair, 0..1: s_i visibility weight of view i, or
 // fallbackConfidence (fallback_view.h) where no view sees the surfel well; n_i, n_j nearness of view and
@@ -17,7 +18,7 @@
 // Reciprocity: under kriging, the photograph of camera a under light b also answers for the light in the
 // place of a and the viewer in that of b [Helmholtz 1867]. Its pixel holds the cosine of b, which
 // foreshortening replaces; its nugget is larger by kReciprocalNugget. It shows a lit surfel: its confidence
-// falls with the shadow state and the cosine of b.
+// falls with both shadow states and the cosine of b.
 //
 // [Helmholtz 1867] Helmholtz: Handbuch der physiologischen Optik.
 #pragma once
@@ -48,8 +49,8 @@ ulr::KrigingScales scalesOf(const ReflectanceField& field, const ShadeOptions& o
 bool isReciprocal(const ReflectanceField& field, const ShadeOptions& options);
 
 // Penalty of a pair, before it is divided by the confidence, from its squared distance without shadow states
-// and the difference of these in scales. Under kriging, pairs of another shadow state come after nearer ones
-// of the requested state, but are ranked by their angles among themselves.
+// and the difference of these in scales. Under kriging, pairs of another shadow state are penalised, but keep
+// their order by angle.
 inline float krigingPenalty(float squared, float statesApart) {
   return std::sqrt(squared) * (1 + statesApart);
 }
@@ -57,7 +58,7 @@ inline float pairPenalty(float squared, float statesApart) {
   return (squared + statesApart * statesApart) / 2;
 }
 
-// Confidence in a light b as the viewer of an exchanged pair, by its cosine at the surfel and the part of it
+// Confidence in a light b as the viewer of an exchanged pair, by its cosine at the surfel and the part of b
 // that reaches the surfel.
 float exchangedConfidence(float cosine, float reached);
 
@@ -163,7 +164,7 @@ private:
   void setNearViews(const ulr::NearestCandidates& nearest, const BestView& best);
   void setAllViews(const BestView& best);
   void setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows);
-  void setExchanged(size_t l, bool usesShadows);
+  void setExchanged(size_t l, std::optional<float> requested);
   ulr::BlendSet separateBlend(const Direction3<AcquisitionSpace>& towards) const;
   void offerAll(const NearPairs& pairs, uint32_t first, const LightQuery& asked,
                 const ulr::KrigingScales& scales, ulr::NearestCandidates& nearest) const;

@@ -230,8 +230,9 @@ void requireLights(const ReflectanceField& field, const QueryBatch& batch, const
     throw Error("captured under several lights: the script needs a light of its own").in(field.folder);
   if (options.foreshortened.value_or(false) &&
       (isFixed || (!field.isFullProduct && !weighsPairs(field, options))))
-    throw Error::mismatch("photographs under all lights from all cameras",
-                          isFixed ? "fixed illumination" : "pairs of cameras and lights")
+    throw Error::mismatch(
+        "photographs under all lights from all cameras, or --interpolation pairs or kriging",
+        isFixed ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")
         .in(field.folder);
 }

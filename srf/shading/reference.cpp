@@ -10,7 +10,10 @@
 //
 // With a weight error, w_i, u_qj and the weights of pairs are truncated (ulr/weight_truncation.h).
 //
-// A capture with gaps has weights of pairs instead:
+// Under pairs and kriging, with w_ij as in pair_weights.h:
+//   L = sum_q f_q sum_ij w_ij E_q / E_j X_ij(x_i)
+//
+// Otherwise, a capture with gaps has weights of pairs:
 //   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
 
@@ -220,11 +223,14 @@ private:
                              ofLight = nearness(lights, field_.rig.lights.size());
     std::vector<NearPair> pairs;
     const bool needsFallbacks = views.sorted().empty() || views.sorted()[0].penalty > ulr::kFallbackFrom;
+    const float begun = !field_.isFullProduct && needsFallbacks && !views.sorted().empty()
+                            ? std::min(1.f, views.sorted()[0].penalty - ulr::kFallbackFrom)
+                            : 1;
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
       const auto towards = towardsView(i);
       const float angle = ulr::anglePenalty(towards, towardsView_),
                   s = std::max(ulr::VisibilityWeights::decode(visibility_[i]),
-                               needsFallbacks ? ulr::fallbackConfidence(angle, penalty(i, 0)) : 0);
+                               needsFallbacks ? begun * ulr::fallbackConfidence(angle, penalty(i, 0)) : 0);
       for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
         const uint32_t j = field_.columns[i][column];
         const auto light = capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
@@ -256,7 +262,7 @@ private:
             ofView[i] * ofLight[j] * ulr::VisibilityWeights::decode(visibility_[i]) *
             exchangedConfidence(static_cast<float>(ulr::foreshortenedCosine(
                                     normal_, capture::towardsLight(field_.rig.lights[j], p0_))),
-                                reachedBy(j, requested));
+                                requested.value_or(1) * reachedBy(j, requested));
         if (confidence > 0)
           pairs.push_back({i, column, j,
                            ulr::pairPlace(towardsView(i), towardsLight(j), 1,
@@ -279,10 +285,9 @@ private:
     ulr::NearestCandidates nearest(options_.pairs);
     for (uint32_t pair = 0; pair < pairs.size(); ++pair) {
       const float apart = std::abs(pairs[pair].place.back() - asked.back()),
-                  squared = ulr::squaredDistance(pairs[pair].place, asked) - apart * apart;
-      nearest.offer(
-          {pair, (isKriging ? krigingPenalty(std::max(0.f, squared), apart) : pairPenalty(squared, apart)) /
-                     pairs[pair].confidence});
+                  squared = std::max(0.f, ulr::squaredDistance(pairs[pair].place, asked) - apart * apart);
+      nearest.offer({pair, (isKriging ? krigingPenalty(squared, apart) : pairPenalty(squared, apart)) /
+                               pairs[pair].confidence});
     }
     if (!isKriging) return truncated(ulr::ulrWeights(nearest));
     const auto sorted = nearest.sorted();

@@ -68,10 +68,10 @@ template <class T> T matern52(T squared) {
   return (1 + d + d * d / 3) * std::exp(-d);
 }
 
-// nu_i of a photograph at `share` (0..1) of the distance at which it leaves the blend, and with the given
+// nu_i of a photograph at `share` (0..1) of the penalty at which it leaves the blend, and with the given
 // confidence (0..1). It grows to infinity as share nears 1 or confidence 0, so that photographs fade out of
 // the blend. The least one is that of noise: a photograph of confidence 1 that is met has weight 1 within
-// 1e-3.
+// 3e-3.
 inline float nuggetOf(float share, float confidence) {
   constexpr float kNoise = 5e-4f, kGrowth = 0.1f, kSmall = 1e-6f;
   const float odds = share / std::max(1 - share, kSmall);

@@ -5,8 +5,9 @@
 //
 // Symbols: d_i density of view i, in pixels on a unit of area that faces it, f_x, f_y focal lengths in
 // pixels, r distance; s_i visibility weight without this fade; d* density of the best view. Buehler adds a
-// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it keeps the weight of a view that is met
-// and costs no time when rendering. Views of up to 1.4 times the distance of the best one do not fade.
+// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it costs no
+// time when rendering, and under ULR a view that is met keeps its weight. Views of up to 1.4 times the
+// distance of the best one do not fade.
 //
 // [Buehler 2001] Buehler, Bosse, McMillan, Gortler, Cohen: Unstructured Lumigraph Rendering, SIGGRAPH.
 #pragma once

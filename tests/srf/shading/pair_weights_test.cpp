@@ -118,10 +118,10 @@ template <class D> D rotated(const D& direction, const Vec3<float>& axis, float 
   return assume<D>(Vec3<float>(Eigen::AngleAxisf(angle, axis) * direction.raw()));
 }
 
-enum class Moving { viewer, light, surface, warp };
+enum class Moving { viewer, light, surface, warp, shadow };
 
 // A path of 0.3 radians: the viewer or the light goes around the surfel, the surfel moves over the sphere, or
-// a warp turns the surfel, which turns both directions.
+// a warp turns the surfel, which turns both directions; or the light comes out of a shadow.
 struct Path {
   Moving moving;
   uint32_t surfel;
@@ -149,7 +149,8 @@ double largestChange(model::Model& model, const Path& path, uint32_t first, size
       std::ranges::copy(states->of(path.surfel), states->values.begin() + surfel * states->views);
     addQuery(batch, surfel, turnsView ? rotated(path.towardsView, path.axis, angle) : path.towardsView,
              turnsLight ? rotated(path.towardsLight, path.axis, angle) : path.towardsLight);
-    batch.reached.push_back(path.reached);
+    batch.reached.push_back(
+        path.moving == Moving::shadow ? static_cast<float>(step) / static_cast<float>(steps) : path.reached);
   }
   const ShadingPlan plan = planShading(model, batch, kReciprocal);
   std::vector<std::vector<double>> shares(batch.size(), std::vector<double>(14 * 20));
@@ -186,7 +187,7 @@ TEST_F(PairWeight, ChangesContinuouslyAlongAThousandPaths) {
       const auto direction = randomDirection(random);
       return direction.raw().dot(model.cloud.p0[surfel].raw()) > 0 ? direction : -direction;
     };
-    const Path path{static_cast<Moving>(i % 4),   surfel, outwards(), outwards(), randomUnit<float>(random),
+    const Path path{static_cast<Moving>(i % 5),   surfel, outwards(), outwards(), randomUnit<float>(random),
                     random() % 4 == 0 ? 0.f : 1.f};
     const double coarse = largestChange(model, path, first, kSteps),
                  fine = largestChange(model, path, first, 2 * kSteps);
