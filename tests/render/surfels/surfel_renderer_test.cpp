@@ -129,12 +129,12 @@ TEST(WorkOf, TabulatedLightsCostLessThanOthers) {
 
 TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   image::TemporaryFolder folder;
-  image::writeBytes(folder / "manifest.json", R"({"format": "spherical"})");
+  image::writeBytes(folder / "manifest.json", R"({"format": "polygons"})");
   EXPECT_EQ(
       image::errorOf([&] { render::openRenderer(folder.path()); }),
       (folder / "manifest.json").string() +
-          ": format: found \"spherical\", expected \"surflect model\", \"surflect surface light field\", "
-          "\"surflect lumigraph\" or \"surflect light field maps\"");
+          ": format: found \"polygons\", expected \"surflect model\", \"surflect surface light field\", "
+          "\"surflect lumigraph\", \"surflect light field maps\" or \"surflect spherical\"");
 }
 
 } // namespace

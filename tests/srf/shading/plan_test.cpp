@@ -14,7 +14,11 @@ namespace {
 using namespace studio;
 
 class ShadingPlanned : public ProductQueries {};
-class ShadingPlannedPairs : public PairQueries {};
+// Cameras and lights of pairs weighted apart; by distance, see pair_weights_test.cpp.
+class ShadingPlannedPairs : public PairQueries {
+protected:
+  ShadingPlannedPairs() { model.interpolation.kind = Interpolation::separate; }
+};
 
 // The studio's lights with a common colour; each keeps its strength in blue.
 std::vector<capture::Light> inOneColor(std::vector<capture::Light> lights) {
@@ -280,11 +284,16 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
   }
 }
 
-TEST_F(ShadingPlannedPairs, AreNotForeshortened) {
+TEST_F(ShadingPlannedPairs, AreForeshortenedOnlyByTheDistanceOfPairs) {
   const QueryBatch batch = randomBatch(model, 10, 1, random);
-  EXPECT_EQ(image::errorOf([&] { planShading(model, batch, {.foreshortened = true}); }),
-            model.folder.string() + ": foreshortening on: found pairs of cameras and lights, expected "
-                                    "photographs under all lights from all cameras");
+  const ShadeOptions apart{.interpolation = Interpolation::separate, .foreshortened = true},
+      together{.interpolation = Interpolation::kriging, .foreshortened = true};
+  EXPECT_EQ(
+      image::errorOf([&] { planShading(model, batch, apart); }),
+      model.folder.string() +
+          ": foreshortening on: found pairs of cameras and lights, expected photographs under all lights "
+          "from all cameras, or --interpolation pairs or kriging");
+  EXPECT_NO_THROW(planShading(model, batch, together));
 }
 
 TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
