@@ -91,8 +91,8 @@ struct Fold {
   bool leavesView, leavesLight; // out; if neither, only the photograph
 };
 
-// Folds, spread evenly over cameras and lights. Of a capture with gaps, single photographs are left out; of
-// others the camera, the light, or both in turn, as renderings may have new cameras, new lights, or both.
+// Folds, spread evenly over cameras and lights. A capture with gaps loses single photographs; others
+// lose the camera, the light, or both in turn, as renderings may have new cameras, new lights, or both.
 std::vector<Fold> foldsOf(const Model& model) {
   std::vector<Fold> all;
   for (size_t view = 0; view < model.columns.size(); ++view)

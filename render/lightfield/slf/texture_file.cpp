@@ -1,5 +1,6 @@
 #include "render/lightfield/slf/texture_file.h"
 
+#include "render/lightfield/common/read_at.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
@@ -17,18 +18,6 @@ namespace {
 bool isFinite(const Texel& texel) {
   constexpr uint16_t kExponent = 0x7c00;
   return std::ranges::none_of(texel, [](uint16_t half) { return (half & kExponent) == kExponent; });
-}
-
-// Reads exactly this many bytes.
-void readAt(int descriptor, std::span<std::byte> bytes, uint64_t position) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(position));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(std::string("cannot be read (") + std::strerror(errno) + ')');
-    if (count == 0) throw Error("has become shorter");
-    bytes = bytes.subspan(static_cast<size_t>(count));
-    position += static_cast<uint64_t>(count);
-  }
 }
 
 } // namespace
@@ -63,7 +52,7 @@ std::vector<Texel> TextureFile::read(size_t region, size_t direction) const {
     return "texture " + std::to_string(direction) + " of region " + std::to_string(region);
   };
   try {
-    readAt(descriptor_, std::as_writable_bytes(std::span(texels)), place * sizeof(Texel));
+    lightfield::readAt(descriptor_, std::as_writable_bytes(std::span(texels)), place * sizeof(Texel));
   } catch (Error& error) {
     throw std::move(error).at(field()).in(path_);
   }

@@ -1,4 +1,4 @@
-// What a frame draws, before any image is at hand.
+// Plan of a frame: the triangles and images that it draws, before any image is loaded.
 #pragma once
 
 #include "render/lightfield/spherical/look.h"

@@ -58,7 +58,7 @@ public:
   void collect(bool wait);
   // A new frame, or part of one: images that were wanted or used may be replaced.
   void release() { memory_.release(), gpu_.release(); }
-  // Those in main memory may be replaced.
+  // Images in main memory may be replaced.
   void releaseMemory() { memory_.release(); }
 
   size_t memoryUsed() const { return memory_.used(); } // slots, those of images being loaded included

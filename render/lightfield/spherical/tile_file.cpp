@@ -1,6 +1,7 @@
 #include "render/lightfield/spherical/tile_file.h"
 
 #include "render/lightfield/common/binary.h"
+#include "render/lightfield/common/read_at.h"
 #include "surfel/base/error.h"
 #include "surfel/base/hash.h"
 
@@ -19,18 +20,6 @@ namespace {
 constexpr std::string_view kMark = "SPHTILES";
 constexpr uint64_t kFooterBytes = 4 * sizeof(uint64_t);
 
-// Reads exactly this many bytes.
-void readAt(int descriptor, std::span<std::byte> bytes, uint64_t position) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::pread(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(position));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(std::string("cannot be read (") + std::strerror(errno) + ')');
-    if (count == 0) throw Error("has become shorter");
-    bytes = bytes.subspan(static_cast<size_t>(count));
-    position += static_cast<uint64_t>(count);
-  }
-}
-
 // Reads the index of a file of `fileBytes` bytes.
 std::vector<TileEntry> readIndex(int descriptor, uint64_t fileBytes, size_t tiles, int size) {
   const uint64_t indexBytes = tiles * sizeof(TileEntry), endBytes = indexBytes + kFooterBytes;
@@ -38,7 +27,7 @@ std::vector<TileEntry> readIndex(int descriptor, uint64_t fileBytes, size_t tile
     throw Error::mismatch("at least " + std::to_string(endBytes) + " bytes", std::to_string(fileBytes))
         .at("size");
   std::vector<std::byte> footer(kFooterBytes), indexed(indexBytes);
-  readAt(descriptor, footer, fileBytes - kFooterBytes);
+  lightfield::readAt(descriptor, footer, fileBytes - kFooterBytes);
   lightfield::Reader reader(footer);
   try {
     reader.takeStart(kMark);
@@ -47,7 +36,7 @@ std::vector<TileEntry> readIndex(int descriptor, uint64_t fileBytes, size_t tile
   } catch (Error& error) {
     throw std::move(error).at("footer");
   }
-  readAt(descriptor, indexed, fileBytes - endBytes);
+  lightfield::readAt(descriptor, indexed, fileBytes - endBytes);
   const uint64_t stated = reader.takeMany<uint64_t>(1, "checksum")[0];
   if (const uint64_t found = contentHash(indexed); found != stated)
     throw Error::mismatch(hex(stated), hex(found)).at("index: checksum");
@@ -102,7 +91,7 @@ Tile TileFile::read(size_t tile) const {
   const TileEntry& entry = index_[tile];
   try {
     std::vector<std::byte> bytes(entry.bytes);
-    readAt(descriptor_, bytes, entry.position);
+    lightfield::readAt(descriptor_, bytes, entry.position);
     if (const uint64_t found = contentHash(bytes); found != entry.checksum)
       throw Error::mismatch(hex(entry.checksum), hex(found)).at("checksum");
     return decoded(bytes, size_);

@@ -130,7 +130,7 @@ double estimatedPencils(size_t level, const Window& window) {
   const double borderOfWindow =
       angleBetween(p, q) + angleBetween(q, r) + angleBetween(r, s) + angleBetween(s, p);
   const double a = 4 * kPi / static_cast<double>(pencilsOf(level));
-  // Of an equilateral triangle of area a = sqrt(3) / 4 side^2.
+  // Border of an equilateral triangle of area a = sqrt(3) / 4 side^2.
   const double borderOfPencil = 3 * std::sqrt(4 * a / std::sqrt(3.0));
   return omega / a                                          // those whose middle is inside, about
          + 1                                                // a window of no size is in one pencil

@@ -28,7 +28,7 @@ struct Window {
 
 // Window of a pinhole without distortion. Throws Error for other lenses.
 Window windowOf(const capture::Camera<AcquisitionSpace>& camera, const Sphere& sphere);
-// The same window without the object's cone.
+// Window without the object's cone.
 Window wholeWindow(Window window);
 
 // Pencils of a level whose directions overlap the window and the cone, by their indices.

@@ -29,7 +29,7 @@ TEST(InterpolationSelection, AMatteSphereKeepsSeparateWeights) {
   EXPECT_GT(leftOut->separateDb, 30);
 }
 
-// Of a capture with gaps, single photographs are left out.
+// Single photographs are left out of a capture with gaps.
 TEST(InterpolationSelection, ACaptureWithGapsIsWeightedByPairsToo) {
   Studio studio = gappyStudio();
   studio.cameras = 30;

@@ -4,6 +4,8 @@
 #include "srf/ulr/foreshortening.h"
 #include "tests/srf/shading/queries.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -86,6 +88,21 @@ TEST_F(PairWeight, APhotographAnswersForCameraAndLightExchanged) {
     squares += std::pow(radiance[query].g / truth.g - 1, 2);
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())), 0.022);
+}
+
+TEST_F(PairWeight, SameBitsForAnyNumberOfThreadsAndAnyCache) {
+  QueryBatch batch = randomBatch(model, 3000, 2, random);
+  for (size_t entry = 0; entry < batch.towardsLight.size(); ++entry)
+    batch.reached.push_back(static_cast<float>(random() % 3) / 2);
+  const auto shadedBy = [&](int threads, size_t cacheBytes) {
+    codec::BlockCache cache(model.files, cacheBytes);
+    ShadingStats stats;
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return shade(model, batch, kReciprocal, cache, stats).radiance; });
+  };
+  const std::vector<Rgb> radiance = shadedBy(1, size_t{1} << 28);
+  EXPECT_EQ(shadedBy(4, size_t{1} << 28), radiance);
+  EXPECT_EQ(shadedBy(3, 0), radiance);
 }
 
 TEST_F(PairWeight, OnlyKrigingThatIsForeshortenedIsReciprocal) {

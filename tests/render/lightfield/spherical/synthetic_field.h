@@ -8,6 +8,7 @@
 #include "srf/capture/camera.h"
 #include "srf/image/half_float.h"
 #include "surfel/geometry/ray_caster.h"
+#include "tests/render/lightfield/common/bumpy_sphere.h"
 #include "tests/support/random.h"
 
 #include <cmath>
@@ -19,27 +20,7 @@
 
 namespace surflect::spherical {
 
-// A closed surface around the origin, of radius 1 + bump times a wave.
-inline TriangleMesh lumpySphere(double bump, int slices = 48) {
-  TriangleMesh mesh;
-  const int stacks = slices / 2;
-  for (int j = 0; j <= stacks; ++j)
-    for (int i = 0; i < slices; ++i) {
-      const double theta = std::numbers::pi * j / stacks, phi = 2 * std::numbers::pi * i / slices;
-      const double radius = 1 + bump * std::sin(3 * theta) * std::cos(4 * phi) * std::sin(theta);
-      mesh.positions.emplace_back(static_cast<float>(radius * std::sin(theta) * std::cos(phi)),
-                                  static_cast<float>(radius * std::cos(theta)),
-                                  static_cast<float>(-radius * std::sin(theta) * std::sin(phi)));
-    }
-  const auto vertex = [&](int j, int i) { return static_cast<uint32_t>(j * slices + i % slices); };
-  for (int j = 0; j < stacks; ++j)
-    for (int i = 0; i < slices; ++i) {
-      if (j > 0) mesh.triangles.push_back({vertex(j, i), vertex(j + 1, i), vertex(j, i + 1)});
-      if (j + 1 < stacks)
-        mesh.triangles.push_back({vertex(j, i + 1), vertex(j + 1, i), vertex(j + 1, i + 1)});
-    }
-  return mesh;
-}
+using lightfield::bumpySphere;
 
 // Radiance of a matte point.
 inline Eigen::Vector3d painted(const Vec3<double>& p) {
@@ -51,7 +32,7 @@ inline Eigen::Vector3d painted(const Vec3<double>& p) {
 class SyntheticField : public ImageSource {
 public:
   SyntheticField(size_t levels, int size, double bump = 0.2)
-      : mesh(lumpySphere(bump)), rays(mesh), tree(levels), shape{levels, size, sphereAround(mesh, size)} {
+      : mesh(bumpySphere(bump)), rays(mesh), tree(levels), shape{levels, size, sphereAround(mesh, size)} {
     for (ImageNumber image = 0; image < shape.images(); ++image)
       images.push_back(projected(tree.direction(image)));
   }
@@ -139,7 +120,7 @@ inline double decibels(const image::Image& a, const image::Image& b) {
   return -10 * std::log10(squares / count);
 }
 
-// The same over the pixels that both pictures cover fully.
+// Error over the pixels that both pictures cover fully.
 inline double interiorDecibels(image::Image a, image::Image b) {
   for (size_t i = 3; i < a.values.size(); i += 4)
     if (!(a.values[i] > 0.99f && b.values[i] > 0.99f)) a.values[i] = b.values[i] = 0;
