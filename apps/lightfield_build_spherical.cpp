@@ -2,14 +2,19 @@
 
 #include "apps/option_values.h"
 #include "apps/terminal.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/spherical/build.h"
+#include "render/lightfield/traced/traced_images.h"
+#include "surfel/base/folder.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/stopwatch.h"
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <set>
+#include <string>
 
 namespace surflect {
 
@@ -18,14 +23,28 @@ namespace {
 struct SphericalArguments {
   BuildArguments common;
   spherical::BuildOptions options;
+  lightfield::RayBlend rays;
+  std::string scale; // of a stage
+
+  bool isOfStage() const { return std::filesystem::path(common.views.path).extension() == ".toml"; }
 };
+
+spherical::BuildReport buildFrom(const SphericalArguments& arguments, const Progress& progress) {
+  const BuildArguments& common = arguments.common;
+  if (arguments.isOfStage()) {
+    requireCreatable(common.output);
+    lightfield::requireLightFieldFolder(common.output);
+    const stage::Stage stage = stage::readStage(common.views.path, arguments.scale);
+    return traced::build(stage, arguments.options, common.output, progress);
+  }
+  const lightfield::Views views = common.read(progress);
+  sayNotes(views);
+  return spherical::build(views, arguments.options, arguments.rays, common.output, progress);
+}
 
 Json runSpherical(const SphericalArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
-  const lightfield::Views views = arguments.common.read(progress);
-  sayNotes(views);
-  const spherical::BuildReport report =
-      spherical::build(views, arguments.options, arguments.common.output, progress);
+  const spherical::BuildReport report = buildFrom(arguments, progress);
   const double onObject = static_cast<double>(report.seen + report.unseen);
   if (report.unseen > 0)
     say(fmt::format("{:.1f} % of the texels on the object are seen by no photograph: filled from around",
@@ -54,7 +73,8 @@ void addSphericalLightField(CLI::App& build, CommandWork& work) {
   spherical::BuildOptions& options = arguments->options;
   CLI::App* command = build.add_subcommand(
       "spherical", "spherical light field: parallel projections along evenly spread directions");
-  command->footer("Example: surflect lightfield build spherical views/ -o vase.sph --levels 4 --size 256");
+  command->footer("Example: surflect lightfield build spherical views/ -o vase.sph --levels 4 --size 256\n"
+                  "         surflect lightfield build spherical examples/stages/idol.toml -o idol.sph");
   addBuildArguments(*command, arguments->common);
   command
       ->add_option("--levels", options.levels,
@@ -64,7 +84,17 @@ void addSphericalLightField(CLI::App& build, CommandWork& work) {
   command->add_option("--size", options.size, "texels along each side of an image")
       ->capture_default_str()
       ->check(CLI::IsMember(std::set<int>{8, 16, 32, 64, 128, 256, 512, 1024}));
-  command->add_flag("--nearest", options.rays.nearest, "take the nearest view for each ray, do not blend");
+  CLI::Option* nearest = command->add_flag("--nearest", arguments->rays.nearest,
+                                           "take the nearest view for each ray, do not blend");
+  CLI::Option* scale =
+      command->add_option("--scale", arguments->scale, "a [scale.NAME] of a stage file, such as tiny");
+  command->parse_complete_callback([=] {
+    if (arguments->isOfStage() && (nearest->count() > 0 || !arguments->common.mesh.empty()))
+      throw CLI::ValidationError(
+          "--nearest and --mesh are for photographs, which a stage file does not have");
+    if (!arguments->isOfStage() && scale->count() > 0)
+      throw CLI::ValidationError("--scale is for a stage file, FILE.toml");
+  });
   setWork(*command, work, "run it again to build from the start",
           [arguments](const Progress& progress) { return runSpherical(*arguments, progress); });
 }

@@ -52,6 +52,7 @@ BELOW = {
     "render/lightfield/lumigraph": LIGHT_FIELD,
     "render/lightfield/lfm": LIGHT_FIELD,
     "render/lightfield/spherical": LIGHT_FIELD,
+    "render/lightfield/traced": LIGHT_FIELD + ["render/lightfield/spherical", "render/stage"],
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

@@ -1,6 +1,5 @@
 #include "render/lightfield/spherical/build.h"
 
-#include "render/lightfield/spherical/resample.h"
 #include "render/lightfield/spherical/tile_coding.h"
 #include "surfel/base/error.h"
 #include "surfel/base/stopwatch.h"
@@ -32,18 +31,28 @@ void requireOptions(const BuildOptions& options) {
 } // namespace
 
 BuildReport build(const lightfield::Views& views, const BuildOptions& options,
-                  const std::filesystem::path& folder, const Progress& progress) {
+                  const lightfield::RayBlend& rays, const std::filesystem::path& folder,
+                  const Progress& progress) {
+  requireOptions(options);
+  const Stopwatch stopwatch;
+  const lightfield::RayRadiance radiance(views, rays, progress);
+  const double seconds = stopwatch.seconds();
+  const auto makeImage = [&](const Sphere& sphere, const Vec3<double>& direction, int size) {
+    return resampled(radiance, sphere, direction, size, progress);
+  };
+  BuildReport report = build(views.capture(), views.mesh(), makeImage, options, folder, progress);
+  report.seconds["photographs"] = seconds;
+  return report;
+}
+
+BuildReport build(const capture::Capture& cameras, const TriangleMesh& mesh, const MakeImage& makeImage,
+                  const BuildOptions& options, const std::filesystem::path& folder,
+                  const Progress& progress) {
   requireOptions(options);
   BuildReport report;
   Stopwatch stopwatch;
-  const auto lap = [&](const char* step) {
-    report.seconds[step] = stopwatch.seconds();
-    stopwatch = {};
-  };
-  report.shape = {options.levels, options.size, sphereAround(views.mesh(), options.size)};
+  report.shape = {options.levels, options.size, sphereAround(mesh, options.size)};
   const DirectionTree tree(options.levels);
-  const lightfield::RayRadiance rays(views, options.rays, progress);
-  lap("photographs");
   SphericalWriter writer(folder, report.shape);
   const size_t images = report.shape.images();
   for (size_t begin = 0; begin < images; begin += kBatch) {
@@ -52,7 +61,7 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
     std::vector<std::pair<size_t, size_t>> seen(count); // and unseen
     tbb::parallel_for(size_t{0}, count, [&](size_t i) {
       const Vec3<double> direction = tree.direction(static_cast<ImageNumber>(begin + i));
-      ResampledImage image = resampled(rays, report.shape.sphere, direction, options.size, progress);
+      ResampledImage image = makeImage(report.shape.sphere, direction, options.size);
       seen[i] = {image.seen, image.unseen};
       tiles[i] = encoded({std::move(image.colors), std::move(image.heights)}, options.size);
     });
@@ -60,15 +69,16 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
       writer.append(tiles[i]);
       report.seen += seen[i].first, report.unseen += seen[i].second;
     }
-    progress("resample", static_cast<double>(begin + count) / static_cast<double>(images));
+    progress("images", static_cast<double>(begin + count) / static_cast<double>(images));
   }
-  lap("resample");
-  writer.commit(views.capture(), views.mesh(), progress);
+  report.seconds["images"] = stopwatch.seconds();
+  stopwatch = {};
+  writer.commit(cameras, mesh, progress);
   const lightfield::LightFieldFolder written(folder, kFormat, kVersion, progress);
   const SphericalFile file(written);
   for (size_t level = 0; level < options.levels; ++level) report.levelBytes.push_back(file.bytes(level));
   report.bytes = written.bytes();
-  lap("write");
+  report.seconds["write"] = stopwatch.seconds();
   return report;
 }
 

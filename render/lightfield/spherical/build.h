@@ -1,14 +1,17 @@
-// Builds a spherical light field from views under fixed light.  [Domingo 2007, §3.1]
+// Builds a spherical light field from views under fixed light, or from images made some other way.
+// [Domingo 2007, §3.1]
 #pragma once
 
 #include "render/lightfield/common/ray_radiance.h"
 #include "render/lightfield/common/views.h"
+#include "render/lightfield/spherical/resample.h"
 #include "render/lightfield/spherical/spherical_file.h"
 #include "surfel/base/progress.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,7 +21,6 @@ namespace surflect::spherical {
 struct BuildOptions {
   size_t levels = 4; // 1..kMostLevels
   int size = 128;    // of an image's side, texels
-  lightfield::RayBlend rays = {};
 };
 
 struct BuildReport {
@@ -31,6 +33,16 @@ struct BuildReport {
 
 // Writes the folder (spherical_file.h). Only training views are read. Throws Error and Cancelled.
 BuildReport build(const lightfield::Views& views, const BuildOptions& options,
-                  const std::filesystem::path& folder, const Progress& progress = {});
+                  const lightfield::RayBlend& rays, const std::filesystem::path& folder,
+                  const Progress& progress = {});
+
+// Makes the image of `size` x `size` texels towards a unit direction. Called from several threads.
+using MakeImage =
+    std::function<ResampledImage(const Sphere& sphere, const Vec3<double>& direction, int size)>;
+
+// Writes the folder with images that are made one by one. `cameras` and `mesh` are stored beside them.
+BuildReport build(const capture::Capture& cameras, const TriangleMesh& mesh, const MakeImage& makeImage,
+                  const BuildOptions& options, const std::filesystem::path& folder,
+                  const Progress& progress = {});
 
 } // namespace surflect::spherical

@@ -22,7 +22,7 @@ protected:
   static void SetUpTestSuite() {
     shared_ = std::make_unique<image::TemporaryFolder>();
     studio::photograph({.cameras = 8, .lights = 0, .size = 24}, *shared_ / "capture");
-    report_ = build(lightfield::Views(*shared_ / "capture"), kBuildOptions, *shared_ / "field");
+    report_ = build(lightfield::Views(*shared_ / "capture"), kBuildOptions, {}, *shared_ / "field");
   }
   static void TearDownTestSuite() { shared_.reset(); }
   void SetUp() override { fs::copy(*shared_ / "field", folder_.path(), fs::copy_options::recursive); }
@@ -63,7 +63,7 @@ TEST_F(SphericalFileTest, IsReadAsItWasBuilt) {
 }
 
 TEST_F(SphericalFileTest, BuildingAgainGivesTheSameBits) {
-  build(lightfield::Views(*shared_ / "capture"), kBuildOptions, *shared_ / "again");
+  build(lightfield::Views(*shared_ / "capture"), kBuildOptions, {}, *shared_ / "again");
   EXPECT_EQ(image::contentOf(*shared_ / "again"), image::contentOf(*shared_ / "field"));
 }
 
@@ -98,7 +98,7 @@ TEST_F(SphericalFileTest, AMissingLevelIsNamed) {
 }
 
 TEST_F(SphericalFileTest, LevelsOfAnotherSizeAreRefused) {
-  build(lightfield::Views(*shared_ / "capture"), {.levels = 2, .size = 8}, *shared_ / "small");
+  build(lightfield::Views(*shared_ / "capture"), {.levels = 2, .size = 8}, {}, *shared_ / "small");
   fs::copy_file(*shared_ / "small" / "level1.tiles", tiles(), fs::copy_options::overwrite_existing);
   EXPECT_NE(errorOfOpening().find("level1.tiles: footer.size of a tile: found 8, expected 16..16"),
             std::string::npos)
@@ -109,7 +109,7 @@ TEST_F(SphericalFileTest, OptionsOutOfRangeAreRefused) {
   const lightfield::Views views(*shared_ / "capture");
   for (const BuildOptions& options : {BuildOptions{.levels = 0}, BuildOptions{.levels = 7},
                                       BuildOptions{.size = 48}, BuildOptions{.size = 4}})
-    EXPECT_THROW(build(views, options, *shared_ / "never"), Error);
+    EXPECT_THROW(build(views, options, {}, *shared_ / "never"), Error);
   EXPECT_FALSE(fs::exists(*shared_ / "never"));
 }
 
