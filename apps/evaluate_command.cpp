@@ -104,7 +104,9 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
         summaryOf(evaluation, [&](const evaluation::FrameScore& frame) -> const evaluation::Score& {
           return frame.others.at(name);
         });
+  size_t invalidTexels = 0;
   for (const evaluation::FrameScore& frame : evaluation.frames) {
+    invalidTexels += frame.invalidTexels;
     Json entry = {{"camera", frame.camera},
                   {"light", frame.light},
                   {"group", frame.group},
@@ -114,7 +116,10 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
     for (const auto& [name, score] : frame.others) entry[kBaselines.at(name)] = scoreJson(score);
     report["frames"].push_back(std::move(entry));
   }
+  report["invalid_texels"] = invalidTexels;
   sayTable(report);
+  if (invalidTexels > 0)
+    say(fmt::format("{} texels of the photographs are NaN or infinite, and in no score", invalidTexels));
   return report;
 }
 

@@ -43,13 +43,18 @@ Json scored(const std::string& name, const std::filesystem::path& model,
   const evaluation::Evaluation evaluation =
       evaluation::evaluate(renderer, views, *warp::chainWarp({}), options, progress);
   evaluation::Score score;
-  for (const evaluation::FrameScore& frame : evaluation.frames) score += frame.score;
+  size_t invalidTexels = 0;
+  for (const evaluation::FrameScore& frame : evaluation.frames) {
+    score += frame.score;
+    invalidTexels += frame.invalidTexels;
+  }
   Json row = {{"name", name},
               {"psnr_linear_db", score.difference.psnrLinear()},
               {"psnr_srgb_db", score.difference.psnrSrgb()},
               {"ssim_srgb", score.difference.ssim()},
               {"ape_srgb", 255 * score.difference.absoluteErrorSrgb.mean()},
               {"psnr_linear_interior_db", evaluation::psnr(score.interiorError.mean())},
+              {"invalid_texels", invalidTexels},
               {"bytes", bytesIn(model)},
               {"frame_ms", 1e3 * median(renderer.seconds())}};
   if (const auto passes = meanCount(renderer.reports(), "passes")) row["passes"] = *passes;
@@ -97,6 +102,8 @@ Json runCompare(const CompareArguments& arguments, const Progress& progress) {
     rows.back().erase("bytes"); // the photographs', not the model's
   }
   sayComparison(rows);
+  if (const size_t invalid = rows.front()["invalid_texels"].get<size_t>(); invalid > 0)
+    say(fmt::format("{} texels of the photographs are NaN or infinite, and in no score", invalid));
   return {{"views", arguments.views.path},
           {"split", arguments.train ? "train" : "test"},
           {"models", std::move(rows)}};

@@ -162,9 +162,12 @@ image::Image enlarged(image::Image small, int width, int height) {
 
 void PooledAgreement::add(const image::Image& truth, const image::Image& rendered, double exposure) {
   difference_ += evaluation::compare(truth, rendered, exposure);
-  flip_ += evaluation::meanOver(evaluation::flip(evaluation::applyExposure(truth, exposure),
-                                                 evaluation::applyExposure(rendered, exposure)),
-                                image::unionOf(image::objectMask(truth), image::objectMask(rendered)));
+  image::Image a = evaluation::applyExposure(truth, exposure),
+               b = evaluation::applyExposure(rendered, exposure);
+  evaluation::blackenInvalid(a, truth);
+  evaluation::blackenInvalid(b, truth);
+  const image::Mask mask = image::unionOf(image::objectMask(truth), image::objectMask(rendered));
+  flip_ += evaluation::meanOver(evaluation::flip(a, b), evaluation::validPart(mask, truth));
 }
 
 Agreement PooledAgreement::agreement() const {

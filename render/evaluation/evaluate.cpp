@@ -24,7 +24,7 @@ Score scoreOf(const image::Image& truth, const image::Image& rendered, double ex
   Score score;
   score.difference = compare(truth, rendered, exposure);
   const image::Image exposedTruth = applyExposure(truth, exposure);
-  const image::Mask interior = image::eroded(image::objectMask(truth), kErosion);
+  const image::Mask interior = validPart(image::eroded(image::objectMask(truth), kErosion), truth);
   score.interiorError = squaredError(exposedTruth, applyExposure(rendered, exposure), interior);
   score.truthNoise = noiseVariance(exposedTruth, interior);
   score.frames = 1;
@@ -79,6 +79,7 @@ Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, 
       const scene::Scene scene = truths.sceneOf(frames[view][i]);
       const image::Image ours = renderer.render(scene, {}, progress).color;
       result.maskIou = image::intersectionOverUnion(image::objectMask(truth[i]), image::objectMask(ours));
+      result.invalidTexels = invalidTexels(truth[i]);
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
       for (const auto& [name, other] : options.others)
         result.others[name] =

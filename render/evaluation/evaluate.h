@@ -36,6 +36,7 @@ struct FrameScore {
   std::string group;         // known, new_camera, new_light or new_both
   bool frontLit = true;      // true if light and camera are on the same side of the object's centre
   double maskIou = 0;
+  size_t invalidTexels = 0; // of the photograph: NaN or infinite, in no score
   Score score;
   std::map<std::string, Score> others; // by name
 };

@@ -113,6 +113,31 @@ image::Image applyExposure(const image::Image& linear, double exposure) {
 
 image::Image srgbEncoded(const image::Image& linear) { return mapped(linear, image::srgbFromLinear); }
 
+bool isValid(const image::Image& truth, size_t texel) {
+  const float* const values = &truth.values[texel * static_cast<size_t>(truth.channels)];
+  return std::all_of(values, values + 3, [](float value) { return std::isfinite(value); });
+}
+
+size_t invalidTexels(const image::Image& truth) {
+  size_t count = 0;
+  for (size_t i = 0; i < truth.values.size() / static_cast<size_t>(truth.channels); ++i)
+    count += !isValid(truth, i);
+  return count;
+}
+
+image::Mask validPart(image::Mask mask, const image::Image& truth) {
+  assert(sameSize(mask, truth) && truth.channels >= 3);
+  for (size_t i = 0; i < mask.inside.size(); ++i) mask.inside[i] = mask.inside[i] && isValid(truth, i);
+  return mask;
+}
+
+void blackenInvalid(image::Image& image, const image::Image& truth) {
+  assert(sameSize(image, truth) && image.channels >= 3);
+  const auto channels = static_cast<size_t>(image.channels);
+  for (size_t i = 0; i < image.values.size() / channels; ++i)
+    if (!isValid(truth, i)) std::fill_n(&image.values[channels * i], 3, 0.f);
+}
+
 PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask) {
   return overDifferences(a, b, mask, [](double difference) { return difference * difference; });
 }
@@ -174,8 +199,11 @@ Difference& Difference::operator+=(const Difference& other) {
 
 Difference compare(const image::Image& truth, const image::Image& rendered, double exposure) {
   assert(sameSize(truth, rendered) && truth.channels == 4 && rendered.channels == 4);
-  const image::Mask mask = image::unionOf(image::objectMask(truth), image::objectMask(rendered));
-  const image::Image linearA = applyExposure(truth, exposure), linearB = applyExposure(rendered, exposure);
+  const image::Mask mask =
+      validPart(image::unionOf(image::objectMask(truth), image::objectMask(rendered)), truth);
+  image::Image linearA = applyExposure(truth, exposure), linearB = applyExposure(rendered, exposure);
+  blackenInvalid(linearA, truth);
+  blackenInvalid(linearB, truth);
   const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
           structuralSimilarity(srgbA, srgbB, mask), absoluteError(srgbA, srgbB, mask)};

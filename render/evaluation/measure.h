@@ -2,6 +2,7 @@
 //
 // One exposure for the whole set; values clipped to [0, 1]; both images over black; measured over the union
 // of both object masks. PSNR is computed in linear light and after the sRGB curve, SSIM on the sRGB luma.
+// Texels of the truth that are NaN are left out: no mask has them, and SSIM sees black in both images.
 // Figures of several images pool their pixels; decibels are never averaged.
 //
 // [Immerkaer 1996] Immerkaer: Fast Noise Variance Estimation, CVIU 64(2).
@@ -36,6 +37,17 @@ double psnr(double meanSquaredError);
 image::Image applyExposure(const image::Image& linear, double exposure);
 // Applies the sRGB curve to every channel, for values in [0, 1].
 image::Image srgbEncoded(const image::Image& linear);
+
+// Whether a texel of a true image is a number in its first three channels. TrueFrames::read() has NaN where
+// the photograph is not finite.
+bool isValid(const image::Image& truth, size_t texel);
+// Number of texels that are not valid.
+size_t invalidTexels(const image::Image& truth);
+// The mask without texels that are not valid in the true image.
+image::Mask validPart(image::Mask mask, const image::Image& truth);
+// Makes texels black that are not valid in the true image: measures that look at neighbourhoods then see no
+// difference there.
+void blackenInvalid(image::Image& image, const image::Image& truth);
 
 // Squared differences of the first three channels over the mask.
 PooledMean squaredError(const image::Image& a, const image::Image& b, const image::Mask& mask);

@@ -1,5 +1,6 @@
 #include "render/evaluation/true_frames.h"
 
+#include "render/evaluation/measure.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
@@ -11,6 +12,7 @@
 #include "warp/deform.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 namespace surflect::evaluation {
@@ -36,7 +38,9 @@ public:
       const image::Image& alpha = photograph.hasMatte || isWholeImage()
                                       ? photograph.alpha
                                       : silhouetteOf(capture_.frames[frames[0]].view);
-      truths.push_back(image::overBlack(photograph.radiance, alpha));
+      image::Image& truth = truths.emplace_back(image::overBlack(photograph.radiance, alpha));
+      for (const size_t texel : photograph.invalidTexels)
+        std::fill_n(&truth.values[4 * texel], 3, std::numeric_limits<float>::quiet_NaN());
     }
     return truths;
   }
@@ -48,7 +52,7 @@ public:
       progress("exposure", static_cast<double>(view) / static_cast<double>(frames.size()));
       for (const image::Image& truth : read(frames[view], progress))
         for (size_t i = 0; i < truth.values.size(); i += 4)
-          if (truth.values[i + 3] > 0.5f)
+          if (truth.values[i + 3] > 0.5f && isValid(truth, i / 4))
             std::for_each_n(&truth.values[i], 3, [&](float value) { values.add(value); });
     }
     const double white = values.percentile(0.995);

@@ -39,7 +39,8 @@ public:
   scene::Scene sceneOf(size_t frame) const;
   // Frames of one view over black: linear RGBA, premultiplied. Without a matte, alpha is the silhouette of
   // the capture's mesh after the warp, repaired by the views of the rig as pack did, or 1 in a capture of one
-  // view without a mesh. Throws Error and Cancelled.
+  // view without a mesh. Texels of a photograph that are not finite are NaN in red, green and blue. Throws
+  // Error and Cancelled.
   std::vector<image::Image> read(std::span<const size_t> frames, const Progress& progress);
 
 private:

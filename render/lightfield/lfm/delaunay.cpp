@@ -57,7 +57,10 @@ public:
   }
 
   // Replaces the triangles whose circles hold a site by a fan around it. Sites come in rising order of x.
-  void insert(uint32_t site) {
+  // Returns false if rounding has spoiled the triangulation: each site adds two triangles, half planes
+  // included. Triangles that overlap would double from site to site.
+  bool insert(uint32_t site) {
+    const size_t before = finished_.size() + open_.size();
     const DiscPoint& p = sites_[site];
     std::vector<std::array<uint32_t, 2>> edges; // of the triangles that are removed, as they run
     std::erase_if(open_, [&](const Open& triangle) {
@@ -88,6 +91,7 @@ public:
       else
         add({from, to, site});
     }
+    return finished_.size() + open_.size() == before + 2;
   }
 
   std::vector<Triangle> triangles() const {
@@ -124,7 +128,7 @@ std::vector<uint32_t> distinctSites(std::span<const DiscPoint> sites) {
   return distinct;
 }
 
-// Triangles by insertion; empty if rounding has turned one over.
+// Triangles by insertion; empty if rounding has spoiled them or turned one over.
 std::optional<std::vector<Triangle>> byInsertion(std::span<const DiscPoint> sites) {
   std::vector<uint32_t> order = distinctSites(sites);
   if (order.size() < 3) return std::vector<Triangle>();
@@ -136,7 +140,8 @@ std::optional<std::vector<Triangle>> byInsertion(std::span<const DiscPoint> site
   std::rotate(order.begin() + 2, third, third + 1);
   if (areaWith(order[2]) < 0) std::swap(order[0], order[1]);
   Insertion insertion(sites, {order[0], order[1], order[2]});
-  for (size_t i = 3; i < order.size(); ++i) insertion.insert(order[i]);
+  for (size_t i = 3; i < order.size(); ++i)
+    if (!insertion.insert(order[i])) return std::nullopt;
   std::vector<Triangle> triangles = insertion.triangles();
   if (std::ranges::any_of(triangles, [&](const Triangle& corners) {
         return doubledArea(sites[corners[0]], sites[corners[1]], sites[corners[2]]) < -kLeastArea;

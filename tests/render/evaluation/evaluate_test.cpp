@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 namespace surflect::evaluation {
@@ -43,7 +44,9 @@ std::optional<capture::Split> heldOut(size_t view, size_t light) {
              : capture::Split::train;
 }
 
+// A texel that is NaN in the truth of one frame is in no score.
 TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
+  constexpr size_t invalid = pictureSize / 2 * (pictureSize + 1); // in the middle
   Studio studio = testStudio();
   const PackedStudio packed(studio, 1200);
   capture::Capture capture = packed.capture;
@@ -64,6 +67,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
       for (size_t c = 0; alpha.values[i] > 0 && c < 3; ++c)
         straight.values[3 * i + c] = film.values[4 * i + c] / alpha.values[i];
     }
+    if (v == 1) straight.values[3 * invalid] = NAN;
     const std::string name = studio::numbered("frame", v) + ".exr";
     capture::writeViewPictures(folder / name, std::vector<capture::RadianceLayer>{{"", &straight}}, &alpha,
                                "", image::Precision::single);
@@ -80,6 +84,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   const auto renderer = render::openRenderer(packed.model.folder);
   const Evaluation evaluation = evaluate(*renderer, capture::readCapture(folder), *turn);
   ASSERT_EQ(evaluation.frames.size(), 4u);
+  EXPECT_EQ(evaluation.frames[1].invalidTexels, 1u);
   constexpr double single = 160; // dB; a rounding of floats here and there, measured 163.7
   for (const FrameScore& frame : evaluation.frames) {
     EXPECT_GT(frame.score.difference.psnrLinear(), single);

@@ -36,6 +36,29 @@ image::Image plus(image::Image image, float offset) {
   return image;
 }
 
+// Truth and rendering differ by 0.1 where the truth is a number, and by far more elsewhere.
+TEST(Measure, TexelsThatAreNoNumberInTheTruthAreLeftOut) {
+  image::Image truth(24, 24, 4), rendered(24, 24, 4);
+  truth.values.assign(truth.values.size(), 0.5f);
+  for (size_t i = 3; i < truth.values.size(); i += 4) truth.values[i] = 1;
+  rendered.values = truth.values;
+  for (size_t i = 0; i < rendered.values.size(); ++i)
+    if (i % 4 != 3) rendered.values[i] += 0.1f;
+  const Difference whole = compare(truth, rendered, 1);
+  for (const size_t texel : {size_t{30}, size_t{300}}) {
+    truth.values[4 * texel + (texel == 30)] = texel == 30 ? NAN : INFINITY;
+    rendered.values[4 * texel] = 1;
+  }
+  EXPECT_EQ(invalidTexels(truth), 2u);
+  const Difference difference = compare(truth, rendered, 1);
+  EXPECT_EQ(difference.squaredErrorLinear.count, whole.squaredErrorLinear.count - 6);
+  EXPECT_EQ(difference.similaritySrgb.count, whole.similaritySrgb.count - 2);
+  EXPECT_NEAR(difference.psnrLinear(), 20, 1e-5);
+  EXPECT_NEAR(difference.psnrSrgb(), whole.psnrSrgb(), 1e-5);
+  for (const size_t texel : {size_t{30}, size_t{300}}) rendered.values[4 * texel] = 0;
+  EXPECT_EQ(compare(truth, rendered, 1).ssim(), difference.ssim());
+}
+
 TEST(Measure, PsnrOfAConstantOffsetIsItsLevel) {
   std::mt19937 rng(1);
   const image::Image image = randomImage(rng, 31, 17, 3);

@@ -138,6 +138,24 @@ TEST(ViewBlend, InsertionGivesTheTrianglesOfTheConvexHull) {
   }
 }
 
+// Directions below the horizon are on the rim of the disc: rounding makes their triangulation inconsistent,
+// and inserted one by one, triangles would double from site to site until memory ends.
+TEST(ViewBlend, ManySitesOnTheRimKeepTheirNumberOfTriangles) {
+  Sites sites = randomSites(20, 7);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> azimuth(0, 2 * std::numbers::pi);
+  for (size_t i = 0; i < 60; ++i) {
+    const double phi = azimuth(random);
+    sites.emplace_back(0.5 + 0.5 * std::cos(phi), 0.5 + 0.5 * std::sin(phi));
+  }
+  const SiteMesh mesh = siteMesh(sites);
+  EXPECT_LE(mesh.triangles.size(), 2 * sites.size());
+  double inTriangles = 0, inBorder = 0; // areas
+  for (const auto& [a, b, c] : mesh.triangles) inTriangles += doubledArea(sites[a], sites[b], sites[c]);
+  for (const auto& [a, b] : mesh.borders) inBorder += doubledArea(DiscPoint(0.5, 0.5), sites[a], sites[b]);
+  EXPECT_NEAR(inTriangles, inBorder, 1e-12);
+}
+
 TEST(ViewBlend, ACellAtASiteShowsThatSiteAlone) {
   const ViewGrid grid(8);
   Sites sites = randomSites(20, 4);
