@@ -52,6 +52,7 @@ BELOW = {
     "render/lightfield/lumigraph": LIGHT_FIELD,
     "render/lightfield/lfm": LIGHT_FIELD,
     "render/lightfield/spherical": LIGHT_FIELD,
+    "render/verify": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat", "render/surfels", "render/evaluation"],
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
