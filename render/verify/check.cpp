@@ -42,9 +42,11 @@ constexpr std::array kRules = {
          "Compare --interpolation paper and separate; more --pairs do not help here."},
     Rule{"exact_pictures", false, "pictures equal their own photographs at captured cameras and lights", "dB",
          30, true,
-         "If the worst photographs share a camera, check its pose and the geometry by `inspect --overlay`; "
-         "if they "
-         "share a light, its direction. If all are alike, pack with more --surfels."},
+         "If the figure inside of the outlines is much better, geometry and mattes differ: see `inspect "
+         "--overlay`. If "
+         "the worst photographs share a camera, check its pose, if a light, its direction. If all are alike, "
+         "the "
+         "pictures have more detail than the surfels: pack with more --surfels."},
     Rule{"collapsed", true, "the warp gives every surfel a place and an area", "% of the surfels", 0, false,
          "The warp flattens or tears the marked places, which are not drawn: weaken it there."},
     Rule{"folded", true, "the warp does not turn parts of the surface inside out", "% of the surfels", 0,

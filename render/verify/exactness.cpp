@@ -102,13 +102,14 @@ Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
   const std::vector<size_t> chosen = evaluation::spreadFrames(photographed, count);
   const double exposure = model.white > 0 ? 1 / model.white : 1;
   evaluation::Difference pooled;
+  evaluation::PooledMean pooledInside;
   std::map<std::string, evaluation::Difference> ofLight, ofView;
   size_t done = 0;
   for (size_t view = 0; view < byView.size(); ++view) {
     std::vector<size_t> frames;
     std::vector<uint32_t> columns;
     for (uint32_t column = 0; column < byView[view].size(); ++column)
-      if (std::ranges::binary_search(chosen, byView[view][column])) {
+      if (std::ranges::find(chosen, byView[view][column]) != chosen.end()) {
         frames.push_back(byView[view][column]);
         columns.push_back(column);
       }
@@ -134,6 +135,7 @@ Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
       result.pictures.push_back({camera, light, difference.psnrLinear(), difference.psnrSrgb(),
                                  difference.ssim(), evaluation::psnr(inside.mean())});
       pooled += difference;
+      pooledInside += inside;
       ofView[camera] += difference;
       if (!light.empty()) ofLight[light] += difference;
     }
@@ -147,10 +149,12 @@ Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
   const auto least = [](const std::map<std::string, evaluation::Difference>& by) {
     return std::ranges::min_element(by, {}, [](const auto& entry) { return entry.second.psnrLinear(); });
   };
-  std::string finding =
-      fmt::format("{} {} come back to {:.1f} dB in linear light, the worst to {:.1f} dB ({})",
-                  result.pictures.size(), capture ? "photographs of the capture" : "stored photographs",
-                  pooled.psnrLinear(), worst.psnrLinearDb, photographName(worst.camera, worst.light));
+  std::string finding = fmt::format(
+      "{} {} come back to {:.1f} dB in linear light, {:.1f} dB inside of the outlines; the worst to "
+      "{:.1f} dB ({})",
+      result.pictures.size(), capture ? "photographs of the capture" : "stored photographs",
+      pooled.psnrLinear(), evaluation::psnr(pooledInside.mean()), worst.psnrLinearDb,
+      photographName(worst.camera, worst.light));
   finding += fmt::format("; the worst camera is {} with {:.1f} dB", least(ofView)->first,
                          least(ofView)->second.psnrLinear());
   if (!ofLight.empty())

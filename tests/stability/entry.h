@@ -33,6 +33,7 @@ Group lightGroup();
 Group codecGroup();
 Group splatGroup();
 Group environmentGroup();
+Group lightFieldGroup();
 Group extrapolationGroup();
 
 inline constexpr double kNoAnswer = std::numeric_limits<double>::quiet_NaN();

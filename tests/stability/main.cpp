@@ -25,7 +25,7 @@ std::string numberText(double value) {
 int run(bool isMarkdown) {
   int failed = 0, entries = 0;
   for (const Group& group : {lookUpGroup(), ulrGroup(), krigingGroup(), lightGroup(), codecGroup(),
-                             splatGroup(), environmentGroup(), extrapolationGroup()}) {
+                             splatGroup(), environmentGroup(), lightFieldGroup(), extrapolationGroup()}) {
     if (isMarkdown)
       std::printf("## %s\n\nNaive: %s.\n\n| input | expected | measured | naive | ours | bound "
                   "|\n|---|---|---|---|---|---|\n",

@@ -148,6 +148,16 @@ TEST(VerifyBlocks, ErrorsAreMeasuredAndDamageIsFound) {
             1);
 }
 
+TEST(VerifyBlocks, TheOrderOfFramesInTheCaptureDoesNotMatter) {
+  const PackedStudio packed({.cameras = 5, .lights = 4, .size = pictureSize}, 800);
+  capture::Capture reversed = packed.capture;
+  std::ranges::reverse(reversed.frames);
+  EXPECT_EQ(checkOf(blockChecks(packed.model, &reversed, {}), "block_error").figure,
+            checkOf(blockChecks(packed.model, &packed.capture, {}), "block_error").figure);
+  surfels::SurfelRenderer renderer(std::make_shared<model::Model>(model::openModel(packed.model.folder)), {});
+  EXPECT_EQ(exactnessOf(packed.model, renderer, {}, &reversed, 7, {}).pictures.size(), 7u);
+}
+
 TEST(VerifyBlocks, AnotherCaptureIsRefused) {
   const PackedStudio packed({.cameras = 5, .lights = 4, .size = pictureSize}, 800);
   const PackedStudio other({.cameras = 5, .lights = 3, .size = pictureSize}, 800);
