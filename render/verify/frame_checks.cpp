@@ -27,6 +27,7 @@ namespace {
 
 constexpr size_t kShownPlaces = 3;
 constexpr double kLitCosine = 0.05; // of a light that is asked for; behind the surface it does not matter
+constexpr double kRingRadius = 9;   // pixels
 constexpr int kLeastOverlay = 640;  // pixels along the longer side
 
 double toDegrees(double radians) { return radians * 180 / std::numbers::pi; }
@@ -380,30 +381,46 @@ private:
     int number = 0;
     for (const Check& check : checks_) {
       if (check.verdict != Verdict::broken) continue;
+      const std::vector<capture::Pixel> apart = placesApart(check, factor);
+      for (const capture::Pixel& pixel : apart) ring(large, pixel);
       ++number;
-      for (const FlaggedPlace& place : check.places)
-        if (place.pixel) ring(large, factor * place.pixel->x, factor * place.pixel->y, number);
+      if (!apart.empty()) label(large, apart.front(), std::to_string(number));
     }
     return large;
   }
 
-  static void ring(image::Image& picture, double x, double y, int number) {
-    constexpr double kRadius = 9;
-    const int reach = static_cast<int>(kRadius) + 3;
+  // Places of a check in the magnified picture; of rings that would overlap, the first.
+  static std::vector<capture::Pixel> placesApart(const Check& check, int factor) {
+    std::vector<capture::Pixel> apart;
+    for (const FlaggedPlace& place : check.places) {
+      if (!place.pixel) continue;
+      const capture::Pixel pixel{factor * place.pixel->x, factor * place.pixel->y};
+      if (std::ranges::none_of(apart, [&](const capture::Pixel& other) {
+            return std::hypot(pixel.x - other.x, pixel.y - other.y) < 3 * kRingRadius;
+          }))
+        apart.push_back(pixel);
+    }
+    return apart;
+  }
+
+  static void ring(image::Image& picture, const capture::Pixel& middle) {
+    const int reach = static_cast<int>(kRingRadius) + 3;
     for (int dy = -reach; dy <= reach; ++dy)
       for (int dx = -reach; dx <= reach; ++dx) {
-        const int px = static_cast<int>(x) + dx, py = static_cast<int>(y) + dy;
-        if (px < 0 || py < 0 || px >= picture.width || py >= picture.height) continue;
-        const double off = std::abs(std::hypot(dx, dy) - kRadius);
-        if (off > 2.5) continue;
-        const float shade = off < 1.2 ? 1.f : 0.f;
-        std::ranges::fill(picture.at(px, py), shade);
+        const int x = static_cast<int>(middle.x) + dx, y = static_cast<int>(middle.y) + dy;
+        if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) continue;
+        const double off = std::abs(std::hypot(dx, dy) - kRingRadius);
+        if (off <= 2.5) std::ranges::fill(picture.at(x, y), off < 1.2 ? 1.f : 0.f);
       }
-    const std::string text = std::to_string(number);
-    const int left = static_cast<int>(x) + reach + 1, top = static_cast<int>(y) - evaluation::kLabelHeight;
+  }
+
+  // White on black, above and right of a ring.
+  static void label(image::Image& picture, const capture::Pixel& middle, const std::string& text) {
+    const int x = static_cast<int>(middle.x + kRingRadius),
+              y = static_cast<int>(middle.y - kRingRadius) - 2 * evaluation::kLabelHeight;
     for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {2, 2}})
-      evaluation::drawLabel(picture, left + dx, top + dy, text, {0, 0, 0}, 2);
-    evaluation::drawLabel(picture, left, top, text, {1, 1, 1}, 2);
+      evaluation::drawLabel(picture, x + dx, y + dy, text, {0, 0, 0}, 2);
+    evaluation::drawLabel(picture, x, y, text, {1, 1, 1}, 2);
   }
 
   const model::Model& model_;

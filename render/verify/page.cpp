@@ -140,7 +140,8 @@ std::string pageOf(const Report& report) {
     html += "<ul class=\"legend\">";
     for (const FlagColor& flag : kFlagColors)
       html += fmt::format("<li><i style=\"background:{}\"></i>{}</li>", flag.color, flag.meaning);
-    html += "</ul>\n<p class=\"soft\">Rings have the numbers of the broken checks below.</p>\n" +
+    html += "</ul>\n<p class=\"soft\">Rings have the numbers of the broken checks below; a place may "
+            "lie behind what is seen.</p>\n" +
             tableOf(findings.checks);
   }
   return html + "</body></html>\n";

@@ -76,13 +76,15 @@ warp::WarpPointer randomWarp(Dice& dice) {
   }
 }
 
-capture::Camera<ObjectSpace> randomCamera(Dice& dice) {
+// Looks past a place, from far away or from within.
+capture::Camera<ObjectSpace> randomCamera(Dice& dice, const Vec3<double>& place) {
   auto camera = studio::cameraFrom<ObjectSpace>(dice.unit(), kSize);
   if (dice.isRare()) camera.lens.model = capture::Lens::Model::orthographic;
   const double distance = dice.isRare() ? dice.scale(1e-3, 1e6) : dice.within(0, 6);
-  camera.cameraFromWorld = {camera.cameraFromWorld.rotation(),
-                            Vec3<double>(dice.within(-1, 1), dice.within(-1, 1), -distance)};
-  camera.lens.focalX = camera.lens.focalY = dice.scale(0.5, 1e4);
+  const Mat3<double> rotation = camera.cameraFromWorld.rotation();
+  camera.cameraFromWorld = {rotation, Vec3<double>(dice.within(-1, 1), dice.within(-1, 1), -distance) -
+                                          rotation * place};
+  camera.lens.focalX = camera.lens.focalY = dice.isRare() ? dice.scale(0.5, 1e4) : dice.within(8, 60);
   return camera;
 }
 
@@ -128,11 +130,18 @@ surfels::FrameOptions randomOptions(Dice& dice, const model::Model& model) {
   if (model.isFullProduct && dice.below(2)) options.shade.lightFit = ulr::LightFit::plane;
   options.shade.nearest = dice.isRare();
   options.splats.lowPass = dice.isRare() ? dice.scale(0.1, 5) : 0.44;
+  if (dice.isRare()) options.surfelSize = dice.scale(0.1, 10);
+  if (dice.isRare()) options.surfelsPerPatch = static_cast<size_t>(1 + dice.below(30));
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   return options;
 }
 
-std::string complaint(const model::Model& model, unsigned seed) {
+// Frames with a visible surfel, and with some that are flagged.
+struct Tally {
+  unsigned shown = 0, collapsed = 0, folded = 0, extrapolated = 0;
+};
+
+std::string complaint(const model::Model& model, unsigned seed, Tally& tally) {
   Dice dice(seed);
   std::vector<warp::WarpPointer> links;
   for (int i = dice.below(3); i >= 0; --i) links.push_back(randomWarp(dice));
@@ -140,7 +149,10 @@ std::string complaint(const model::Model& model, unsigned seed) {
   std::vector<scene::ShotLight> lights;
   if (!model.rig.lights.empty())
     for (int i = dice.below(3); i >= 0; --i) lights.push_back(randomLight(dice, model));
-  const scene::Scene scene{*warp, randomCamera(dice), lights};
+  const auto& aim = model.cloud.p0[static_cast<size_t>(dice.below(static_cast<int>(model.cloud.size())))];
+  Vec3<double> place = warp->position(aim.raw().cast<double>());
+  if (!place.allFinite() || place.norm() > 1e9) place = Vec3<double>::Zero();
+  const scene::Scene scene{*warp, randomCamera(dice, place), lights};
   const surfels::FrameOptions options = randomOptions(dice, model);
 
   surfels::FrameWorkspace workspace(model, size_t{1} << 24);
@@ -160,6 +172,14 @@ std::string complaint(const model::Model& model, unsigned seed) {
     if (check.verdict == verify::Verdict::broken &&
         (check.rule->name == "frame_weights" || check.rule->name == "finite"))
       return std::string(check.rule->name) + ": " + check.finding;
+
+  tally.shown += !workspace.raster.visible.empty();
+  for (const verify::Check& check : findings.checks) {
+    if (check.verdict != verify::Verdict::broken) continue;
+    tally.collapsed += check.rule->name == "collapsed";
+    tally.folded += check.rule->name == "folded";
+    tally.extrapolated += check.rule->name == "views_extrapolated";
+  }
 
   // A surfel without a place in single precision must be dead, and the check must count all that are.
   const DeformedCloud& cloud = workspace.deformed;
@@ -191,12 +211,15 @@ int run(unsigned count, unsigned first) {
             300),
       fixed({.cameras = 5, .lights = 0, .size = 24}, 300);
   const model::Model* const models[] = {&full.model, &gappy.model, &fixed.model};
+  Tally tally;
   for (unsigned seed = first; seed < first + count; ++seed)
-    if (const std::string problem = complaint(*models[seed % 3], seed); !problem.empty()) {
+    if (const std::string problem = complaint(*models[seed % 3], seed, tally); !problem.empty()) {
       std::fprintf(stderr, "frame %u: %s\n", seed, problem.c_str());
       return 1;
     }
-  std::printf("%u frames\n", count);
+  std::printf(
+      "%u frames: %u show the object, %u have collapsed surfels, %u are folded over, %u are extrapolated\n",
+      count, tally.shown, tally.collapsed, tally.folded, tally.extrapolated);
   return 0;
 }
 

@@ -18,6 +18,10 @@ std::string numberText(double value) {
   if (std::isinf(value)) return "infinite";
   if (value == 0) return "0";
   char text[32];
+  if (std::abs(value) >= 100 && std::abs(value) < 1e5) {
+    std::snprintf(text, sizeof text, "%.0f", value);
+    return text;
+  }
   std::snprintf(text, sizeof text, std::abs(value) >= 0.01 && std::abs(value) < 1e5 ? "%.3g" : "%.1e", value);
   return text;
 }
