@@ -3,7 +3,7 @@
 import json
 import unittest
 
-from support import SCRIPT, TestInFolder, run, succeed
+from support import ROOT, SCRIPT, TestInFolder, run, succeed
 
 
 class Verify(TestInFolder):
@@ -24,6 +24,9 @@ class Verify(TestInFolder):
         self.assertEqual([frame["frame"] for frame in report["frames"]], [1, 2, 3])
         self.assertEqual(len(report["photographs"]), 4)
         names = [check["name"] for check in report["model"]]
+        page = (ROOT / "docs" / "verify.md").read_text()
+        for check in report["model"] + report["exactness"] + report["frames"][0]["checks"]:
+            self.assertIn(f"| `{check['name']}` |", page)
         self.assertIn("block_error", names)
         for check in report["model"] + report["exactness"]:
             self.assertIn(check["verdict"], ("kept", "stated", "inapplicable"))
