@@ -1,6 +1,7 @@
 // A subcommand of `surflect`: its options, and its work once they are parsed.
 #pragma once
 
+#include "surfel/base/error.h"
 #include "surfel/base/progress.h"
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,17 @@ using Json = nlohmann::ordered_json;
 
 // Does the work and returns the machine-readable report. Throws Error or Cancelled.
 using CommandWork = std::function<Json(const Progress& progress)>;
+
+// Work that was done and whose report tells of a failure: the report is written, and the program exits
+// with 1.
+class FailedReport : public Error {
+public:
+  FailedReport(std::string problem, Json report) : Error(std::move(problem)), report_(std::move(report)) {}
+  const Json& report() const { return report_; }
+
+private:
+  Json report_;
+};
 
 // Sets the work that runs if the command is chosen. An interruption becomes an Error that tells the next
 // step.
@@ -40,6 +52,7 @@ void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);
 void addLightFieldCommand(CLI::App& app, CommandWork& work);
+void addVerifyCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
 
 } // namespace surflect

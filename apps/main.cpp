@@ -30,6 +30,10 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   try {
     image::setExrThreads(exrThreads);
     report = work(terminalProgress());
+  } catch (const FailedReport& failure) {
+    report = failure.report();
+    report["error"] = failure.what();
+    status = kFailed;
   } catch (const std::bad_alloc&) {
     report["error"] = "out of memory";
     status = kFailed;
@@ -64,6 +68,7 @@ int main(int argc, char** argv) {
   addEvaluateCommand(app, work);
   addChartCommand(app, work);
   addLightFieldCommand(app, work);
+  addVerifyCommand(app, work);
   addInspectCommand(app, work);
   bool json = false;
   const size_t processors = std::max(1u, std::thread::hardware_concurrency());

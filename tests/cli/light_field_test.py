@@ -157,6 +157,17 @@ class LightField(TestInFolder):
         for options in (["--levels", "7"], ["--size", "100"]):
             self.assertEqual(run("lightfield", "build", "spherical", self.views, "-o", self.folder / "none", *options).returncode, 2)
 
+    def test_a_stage_is_traced_without_photographs(self):
+        stage, traced = self.folder / "stage.toml", self.folder / "traced.sph"
+        built = succeed("lightfield", "build", "spherical", stage, "-o", traced, "--levels", "2", "--size", "32")
+        self.assertEqual((built["images"], built["texels_unseen"]), (80, 0))
+        scores = succeed("lightfield", "compare", traced, "--views", self.views)["models"]
+        self.assertGreater(scores[0]["psnr_linear_db"], 18)  # 19.6 measured
+        for options in (["--nearest"], ["--mesh", "ball.ply"]):
+            self.assertEqual(run("lightfield", "build", "spherical", stage, "-o", self.folder / "none", *options).returncode, 2)
+        self.assertEqual(run("lightfield", "build", "spherical", self.views, "-o", self.folder / "none", "--scale", "tiny").returncode, 2)
+        self.assert_refused("scale", "lightfield", "build", "spherical", stage, "-o", self.folder / "none", "--scale", "huge")
+
     def test_a_flight_reports_every_frame(self):
         script = self.script(self.models[3])
         report = succeed("lightfield", "fly", script, "--rounds", "8", "--warm-up", "4", "--budget-ms", "10000")

@@ -53,6 +53,7 @@ BELOW = {
     "render/lightfield/lfm": LIGHT_FIELD,
     "render/lightfield/spherical": LIGHT_FIELD,
     "render/lightfield/traced": LIGHT_FIELD + ["render/lightfield/spherical", "render/stage"],
+    "render/verify": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat", "render/surfels", "render/evaluation"],
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

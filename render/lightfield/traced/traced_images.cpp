@@ -52,9 +52,10 @@ spherical::Texel texelOf(const stage::TracedView& view, size_t pixel) {
   return texel;
 }
 
-// The training views, once each, under the light that is baked in.
+// The training views, once each, under the light that is baked in: the only light, or several as fixed light.
 capture::Capture viewsOf(const stage::StagePlan& plan) {
   capture::Capture views = plan.capture;
+  if (views.lights.size() == 1) return views;
   views.lights.clear();
   const auto isSameView = [](const capture::Frame& a, const capture::Frame& b) { return a.view == b.view; };
   const auto repeated = std::ranges::unique(views.frames, isSameView); // frames of a view are contiguous

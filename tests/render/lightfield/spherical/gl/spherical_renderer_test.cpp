@@ -19,7 +19,7 @@ protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<image::TemporaryFolder>();
     studio::photograph({.cameras = 30, .lights = 0, .size = 48}, *folder_ / "capture");
-    build(lightfield::Views(*folder_ / "capture"), {.levels = 3, .size = 64}, *folder_ / "field");
+    build(lightfield::Views(*folder_ / "capture"), {.levels = 3, .size = 64}, {}, *folder_ / "field");
   }
   static void TearDownTestSuite() { folder_.reset(); }
 

@@ -1,0 +1,35 @@
+// Checks of a model at rest: laws of look-up and weights, coverage and gaps of its rig, precision.
+#pragma once
+
+#include "render/verify/check.h"
+#include "srf/model/model.h"
+#include "srf/shading/query.h"
+#include "surfel/base/progress.h"
+
+#include <vector>
+
+namespace surflect::verify {
+
+// Laws are tried at thousands of surfels, with random warps, views and lights from a fixed seed; coverage and
+// precision at all surfels. Throws Cancelled.
+std::vector<Check> modelChecks(const model::Model& model, const shading::ShadeOptions& options,
+                               const Bounds& bounds, const Progress& progress = {});
+
+// Largest angle at which a source still counts as near: the spacing of these directions, but 10 to 45
+// degrees. Radians.
+double nearAngle(std::span<const Direction3<AcquisitionSpace, double>> directions);
+
+// Unit directions from the middle of a model to its cameras.
+std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Model& model);
+
+// Angle of two unit directions, radians.
+double angleBetween(const Vec3<double>& a, const Vec3<double>& b);
+
+// Sum of the weights that a plan gives to the operations of each target, and its largest distance from 1.
+// Targets of environments are left out where pairs are weighted, as their light may fade.
+double weightError(const shading::QueryBatch& batch, const std::vector<double>& sums, size_t targetsPerPlace);
+
+// A place at rest.
+FlaggedPlace placeOf(const model::Model& model, uint32_t surfel, double figure);
+
+} // namespace surflect::verify

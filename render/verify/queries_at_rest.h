@@ -1,0 +1,26 @@
+// Queries of sampled surfels at rest: random ones, and those that meet a captured camera and light.
+#pragma once
+
+#include "srf/model/model.h"
+#include "srf/shading/query.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace surflect::verify {
+
+inline constexpr size_t kTriedSurfels = 4000; // at most, evenly spread
+
+// From random directions that face the surfels, under one random light, or none under fixed illumination.
+shading::QueryBatch randomQueries(const model::Model& model);
+
+// From the camera that sees each surfel best, under one of its captured lights. Surfels that no camera sees
+// well are left out.
+struct MetQueries {
+  shading::QueryBatch batch;
+  std::vector<uint32_t> view, column; // one per query: the camera, and the light as a column of its file
+};
+MetQueries metQueries(const model::Model& model);
+
+} // namespace surflect::verify

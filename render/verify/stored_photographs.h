@@ -1,0 +1,30 @@
+// Photographs as a model stores them, decoded from its blocks.
+#pragma once
+
+#include "srf/codec/view_file.h"
+#include "srf/image/image.h"
+#include "surfel/base/progress.h"
+#include "surfel/math/space.h"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect::verify {
+
+// Calls use(block number, block) for every stored block of a view, in order. A damaged block is left out, and
+// its error message appended to `faults`. Throws Cancelled.
+void forEachBlock(const codec::ViewFile& file, std::vector<std::string>& faults, const Progress& progress,
+                  const std::function<void(uint32_t, const codec::Block&)>& use);
+
+// Radiance of a texel (0..63) of a block under a light.
+Vec3<float> radianceAt(const codec::Block& block, int texel, size_t light);
+
+// Pictures of these columns of a view file: RGBA, linear, alpha 1 on the object and else 0. Throws Error as
+// ViewFile::read, and Cancelled.
+std::vector<image::Image> storedPictures(const codec::ViewFile& file, std::span<const uint32_t> columns,
+                                         const Progress& progress = {});
+
+} // namespace surflect::verify
