@@ -78,8 +78,10 @@ void addOpacity(CLI::App& build, CommandWork& work, const char* name, const char
         ->transform(CLI::Transformer(std::map<std::string, olf::Domain>{{"sphere", olf::Domain::sphere},
                                                                         {"plane", olf::Domain::plane}}));
   command
-      ->add_option("--visible", options.visible,
-                   "views of a vertex: ring, those that see all triangles around it; all, hidden or not")
+      ->add_option(
+          "--visible", options.visible,
+          "views of a vertex: ring, those that see all triangles around it; all, hidden or not; default: "
+          "all for an opacity hull, ring for a mesh")
       ->option_text("ring or all")
       ->transform(CLI::Transformer(
           std::map<std::string, olf::Visible>{{"ring", olf::Visible::ring}, {"all", olf::Visible::all}}));

@@ -109,6 +109,9 @@ BspTree::Tree BspTree::treeOf(std::vector<Piece> pieces, double tolerance, size_
         cut(piece, heights, front, back);
     }
     node.end = static_cast<uint32_t>(tree.pieces.size());
+    // At equal depth the first triangle of the mesh is in front, as in a sorted list.
+    std::stable_sort(tree.pieces.begin() + node.first, tree.pieces.end(),
+                     [](const Piece& a, const Piece& b) { return a.triangle > b.triangle; });
     tree.nodes.push_back(node);
     if (!front.empty()) open.push_back({std::move(front), index, true});
     if (!back.empty()) open.push_back({std::move(back), index, false});

@@ -31,7 +31,9 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   field.mesh = views.mesh();
   const std::vector<size_t> training = views.ofSplit(capture::Split::train);
   const lfm::Rings rings(field.mesh, progress);
-  field.visible = visibleViews(views, training, rings, options.visible, progress);
+  field.visible =
+      visibleViews(views, training, rings,
+                   options.visible.value_or(report.isHull ? Visible::all : Visible::ring), progress);
   lap("visibility");
   PackingReport packing;
   field.packed = packViews(views, training, options.budget, packing, progress);

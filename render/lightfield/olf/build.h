@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace surflect::olf {
@@ -16,7 +17,7 @@ namespace surflect::olf {
 struct BuildOptions {
   Method method = Method::vdtm;
   Domain domain = Domain::sphere;
-  Visible visible = Visible::ring;
+  std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh
   Order order = Order::list;
   size_t bspTrees = 8;
   bool hull = false;               // an opacity hull, even if the capture has a mesh
