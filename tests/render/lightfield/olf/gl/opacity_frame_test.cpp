@@ -44,6 +44,9 @@ TEST_F(OpacityFrameTest, AllOrdersShowTheReference) {
       for (size_t k = 0; k < frames.size(); ++k)
         shares[k] += shareThatDiffers(rendered(*frames[k], blender, camera), reference.color) / kViews;
     }
+    for (size_t k = 0; k < shares.size(); ++k)
+      RecordProperty("differs" + std::to_string(static_cast<int>(method)) + std::to_string(k),
+                     std::to_string(shares[k]));
     for (size_t k = 0; k < shares.size(); ++k) EXPECT_LE(shares[k], 0.001) << "order " << k;
     EXPECT_GE(mostLayers, 3u);
   }
