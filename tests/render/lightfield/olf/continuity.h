@@ -9,10 +9,17 @@
 
 namespace surflect::olf {
 
+// Weights above 0 by view.
+inline std::map<uint32_t, double> weightsOf(const ClosestViews& closest) {
+  std::map<uint32_t, double> weights;
+  for (const auto& [view, weight] : closest)
+    if (weight > 0) weights[view] += weight;
+  return weights;
+}
+
 // Sum of the changes of all views' weights.
 inline double difference(const ClosestViews& a, const ClosestViews& b) {
-  std::map<uint32_t, double> weights;
-  for (const auto& [view, weight] : a) weights[view] += weight;
+  std::map<uint32_t, double> weights = weightsOf(a);
   for (const auto& [view, weight] : b) weights[view] -= weight;
   double sum = 0;
   for (const auto& [view, weight] : weights) sum += std::abs(weight);

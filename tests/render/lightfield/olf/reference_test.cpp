@@ -44,7 +44,7 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
     EXPECT_GT(count, 2500);
     const double decibels = -10 * std::log10(squares / count);
     RecordProperty("decibels", std::to_string(decibels));
-    EXPECT_GE(decibels, 60);
+    EXPECT_GE(decibels, 76);
   }
 }
 

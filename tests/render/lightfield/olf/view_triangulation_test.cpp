@@ -20,13 +20,6 @@ std::vector<Vec3<double>> upperDirections(std::mt19937& random, size_t count, do
   return directions;
 }
 
-std::map<uint32_t, double> weightsOf(const ClosestViews& closest) {
-  std::map<uint32_t, double> weights;
-  for (const auto& [view, weight] : closest)
-    if (weight > 0) weights[view] += weight;
-  return weights;
-}
-
 class InBothDomains : public ::testing::TestWithParam<Domain> {};
 INSTANTIATE_TEST_SUITE_P(ViewTriangulation, InBothDomains, ::testing::Values(Domain::sphere, Domain::plane));
 
