@@ -229,10 +229,11 @@ void addLumigraph(CLI::App& build, CommandWork& work) {
 
 } // namespace
 
-lightfield::Views BuildArguments::read(const Progress& progress) const {
+lightfield::Views BuildArguments::read(const Progress& progress, bool plainPinholes) const {
   requireCreatable(output);
   lightfield::requireLightFieldFolder(output);
-  return lightfield::Views(views.path, {.mesh = mesh, .paths = views.outside}, progress);
+  return lightfield::Views(views.path, {.mesh = mesh, .paths = views.outside, .plainPinholes = plainPinholes},
+                           progress);
 }
 
 void sayNotes(const lightfield::Views& views) {
@@ -263,6 +264,7 @@ void addLightFieldBuild(CLI::App& lightField, CommandWork& work) {
   addLumigraph(*command, work);
   addLightFieldMaps(*command, work);
   addSphericalLightField(*command, work);
+  addOpacityLightFields(*command, work);
 }
 
 } // namespace surflect

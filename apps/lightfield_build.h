@@ -15,8 +15,9 @@ struct BuildArguments {
   CaptureArgument views;
   std::string mesh, output;
 
-  // Reads the views, and refuses an output folder that cannot be a light field's.
-  lightfield::Views read(const Progress& progress) const;
+  // Reads the views, and refuses an output folder that cannot be a light field's; and lenses that are not
+  // plain pinholes, if asked to.
+  lightfield::Views read(const Progress& progress, bool plainPinholes = false) const;
 };
 
 void addBuildArguments(CLI::App& command, BuildArguments& arguments);
@@ -28,6 +29,8 @@ std::string mebibytes(uint64_t bytes);
 
 // `lightfield build lfm`.
 void addLightFieldMaps(CLI::App& build, CommandWork& work);
+// `lightfield build vdtm` and `lightfield build ulr`.
+void addOpacityLightFields(CLI::App& build, CommandWork& work);
 // `lightfield build spherical`.
 void addSphericalLightField(CLI::App& build, CommandWork& work);
 

@@ -5,6 +5,8 @@
 #include "render/lightfield/lfm/lfm_renderer.h"
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 #include "render/lightfield/lumigraph/lumigraph_renderer.h"
+#include "render/lightfield/olf/opacity_file.h"
+#include "render/lightfield/olf/opacity_renderer.h"
 #include "render/lightfield/slf/field_file.h"
 #include "render/lightfield/slf/slf_renderer.h"
 #include "render/lightfield/spherical/spherical_file.h"
@@ -39,8 +41,12 @@ std::unique_ptr<Renderer> openRenderer(const std::filesystem::path& model, const
         spherical::SphericalOptions{.budgets = {options.cacheBytes, options.cacheBytes},
                                     .samples = lightfield::kSamples},
         progress);
-  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat,
-                                    slf::kFormatTag, lumigraph::kFormat, lfm::kFormatTag, spherical::kFormat),
+  if (format == olf::kFormat)
+    return std::make_unique<olf::OpacityRenderer>(
+        model, olf::OpacityOptions{.samples = lightfield::kSamples, .order = {}}, progress);
+  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat,
+                                    slf::kFormatTag, lumigraph::kFormat, lfm::kFormatTag, spherical::kFormat,
+                                    olf::kFormat),
                         '"' + format + '"')
       .at("format")
       .in(model / model::kManifestFile);

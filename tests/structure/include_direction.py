@@ -42,7 +42,7 @@ BELOW = {
     "render/knobs": ["surfel/base"],
     "render": SCENE + ["render/knobs"],  # the interface of renderers
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat"],
-    "render/renderer.cpp": LIGHT_FIELD + ["srf/model", "render/surfels", "render/lightfield/slf", "render/lightfield/lumigraph", "render/lightfield/lfm", "render/lightfield/spherical"],  # opens the renderer that a model asks for
+    "render/renderer.cpp": LIGHT_FIELD + ["srf/model", "render/surfels", "render/lightfield/slf", "render/lightfield/lumigraph", "render/lightfield/lfm", "render/lightfield/spherical", "render/lightfield/olf"],  # opens the renderer that a model asks for
     "render/control": ["surfel/base", "srf/image", "render/knobs", "render"],
     "render/film": SURFEL + SCENE + ["render/knobs", "render"],
     "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
@@ -54,6 +54,7 @@ BELOW = {
     "render/lightfield/spherical": LIGHT_FIELD,
     "render/lightfield/traced": LIGHT_FIELD + ["render/lightfield/spherical", "render/stage"],
     "render/verify": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat", "render/surfels", "render/evaluation"],
+    "render/lightfield/olf": LIGHT_FIELD + ["srf/proxy/hull", "render/lightfield/lfm"],
     "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],

@@ -1,0 +1,56 @@
+#include "render/lightfield/olf/build.h"
+
+#include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/olf/opacity_file.h"
+#include "render/lightfield/olf/opacity_hull.h"
+#include "render/lightfield/olf/packing.h"
+#include "surfel/base/stopwatch.h"
+
+#include <span>
+#include <vector>
+
+namespace surflect::olf {
+
+BuildReport build(lightfield::Views& views, const BuildOptions& options, const std::filesystem::path& folder,
+                  const Progress& progress) {
+  BuildReport report;
+  Stopwatch stopwatch;
+  const auto lap = [&](const char* step) {
+    report.seconds[step] = stopwatch.seconds();
+    stopwatch = {};
+  };
+  report.isHull = options.hull || views.geometry().origin == proxy::Impostor::Origin::hull;
+  if (report.isHull) views.replaceMesh(opacityHull(views, progress), progress);
+  if (options.triangles > 0)
+    views.replaceMesh(withoutUnused(withoutFlat(coarseAround(views.mesh(), options.triangles), progress)),
+                      progress);
+  lap("mesh");
+  OpacityField field;
+  field.method = options.method, field.domain = options.domain;
+  field.order = options.order, field.bspTrees = options.bspTrees;
+  field.mesh = views.mesh();
+  const std::vector<size_t> training = views.ofSplit(capture::Split::train);
+  const lfm::Rings rings(field.mesh, progress);
+  field.visible =
+      visibleViews(views, training, rings,
+                   options.visible.value_or(report.isHull ? Visible::all : Visible::ring), progress);
+  lap("visibility");
+  PackingReport packing;
+  field.packed = packViews(views, training, options.budget, packing, progress);
+  lap("views");
+  writeField(field, views.capture(), folder, progress);
+  report.triangles = field.mesh.triangles.size();
+  report.vertices = rings.vertices().size();
+  report.views = training.size();
+  report.unseenVertices = field.visible.unseenVertices;
+  report.visibleViews =
+      static_cast<double>(field.visible.views.size()) / static_cast<double>(rings.vertices().size());
+  report.width = field.packed.width, report.height = field.packed.height;
+  report.scale = packing.scale, report.pictureBytes = packing.pictureBytes;
+  report.packedBytes = std::span(field.packed.texels).size_bytes();
+  report.bytes = lightfield::LightFieldFolder(folder, kFormat, kVersion, progress).bytes();
+  lap("write");
+  return report;
+}
+
+} // namespace surflect::olf

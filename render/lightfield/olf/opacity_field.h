@@ -1,0 +1,64 @@
+// An opacity light field: a mesh, views with alpha, and which of them see each vertex.
+//
+// [Vlasic 2003] Vlasic et al.: Opacity Light Fields, I3D.
+#pragma once
+
+#include "render/lightfield/olf/view_triangulation.h"
+#include "render/lightfield/olf/visible_views.h"
+#include "srf/capture/camera.h"
+#include "surfel/geometry/mesh.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::olf {
+
+// How the closest views of a vertex are found and weighted.
+enum class Method {
+  vdtm, // view-dependent texture mapping: triangulated directions [Vlasic 2003, §4]
+  ulr   // unstructured lumigraph rendering: nearest angles [Vlasic 2003, §5]
+};
+
+// How fragments are put into the order of their depths.
+enum class Order {
+  list, // a linked list for each pixel, sorted when all are drawn
+  peel, // depth peeling: a pass for each layer
+  bsp   // triangles back to front by a BSP tree, as in the paper
+};
+
+// Bits of half floats: linear colour premultiplied by alpha, and alpha.
+using Texel = std::array<uint16_t, 4>;
+
+// The object's box of a view, in a layer of the array texture. A pixel position p of the photograph is at
+// scale * (p - low) texels.
+struct PackedView {
+  Vec2<double> low = {0, 0}, scale = {1, 1};
+  int width = 1, height = 1; // of the part that is used
+};
+
+struct PackedViews {
+  int width = 1, height = 1; // of each layer
+  std::vector<PackedView> views;
+  std::vector<Texel> texels; // layer by layer
+
+  std::span<const Texel> layer(size_t view) const {
+    const size_t size = static_cast<size_t>(width) * static_cast<size_t>(height);
+    return std::span(texels).subspan(view * size, size);
+  }
+};
+
+struct OpacityField {
+  Method method = Method::vdtm;
+  Domain domain = Domain::sphere; // of the triangulation
+  Order order = Order::list;
+  size_t bspTrees = 8; // random insertions of which the smallest tree is used
+  TriangleMesh mesh;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras; // plain pinholes; of each view
+  VisibleViews visible;
+  PackedViews packed;
+};
+
+} // namespace surflect::olf

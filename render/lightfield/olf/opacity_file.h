@@ -1,0 +1,30 @@
+// Opacity light fields on disk: a folder of light_field_folder.h, of format "surflect opacity light field".
+//
+//   manifest.json   also method, domain, order, BSP trees, and the size of a layer
+//   views.bin       place and scale of each packed view, then the visible views of each vertex
+//   texels.bin      half floats, layer by layer
+#pragma once
+
+#include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/olf/opacity_field.h"
+#include "srf/capture/capture.h"
+#include "surfel/base/progress.h"
+
+#include <filesystem>
+
+namespace surflect::olf {
+
+inline constexpr const char* kFormat = "surflect opacity light field";
+inline constexpr int kVersion = 1;
+inline constexpr size_t kMostTrees = 1000;
+
+// Takes over a folder as LightFieldWriter does. The field's views are the capture's training views. Throws
+// Error and Cancelled.
+void writeField(const OpacityField& field, const capture::Capture& capture,
+                const std::filesystem::path& folder, const Progress& progress = {});
+
+// Reads a field. Throws Error naming the file and field if a number is out of range, a view does not exist,
+// lies outside its layer or is no plain pinhole, or a texel is not finite; and Cancelled.
+OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress = {});
+
+} // namespace surflect::olf

@@ -1,0 +1,228 @@
+#include "render/lightfield/olf/opacity_frame.h"
+
+#include "render/gl/context.h"
+#include "render/gl/draw.h"
+#include "render/gl/projection.h"
+#include "render/lightfield/olf/shaders.h"
+#include "surfel/base/error.h"
+#include "surfel/math/bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <numeric>
+#include <vector>
+
+namespace surflect::olf {
+
+namespace {
+
+// As in the shaders.
+constexpr size_t kPieceWords = 16, kNodeWords = 5;
+static_assert(sizeof(TriangleBlend) == 37 * 4);
+enum Binding : unsigned { kPieces, kDrawn, kBlends, kPlaces, kHeads, kNodes, kCounter };
+
+uint32_t bitsOf(double value) { return std::bit_cast<uint32_t>(static_cast<float>(value)); }
+
+std::vector<uint32_t> wordsOf(std::span<const Piece> pieces, const Vec3<double>& middle) {
+  std::vector<uint32_t> words;
+  words.reserve(kPieceWords * pieces.size());
+  for (const Piece& piece : pieces) {
+    words.push_back(piece.triangle);
+    for (size_t i = 0; i < 3; ++i) {
+      const Vec3<double> p = piece.corners[i] - middle;
+      for (const double value : {p[0], p[1], p[2], piece.barycentrics[i][1], piece.barycentrics[i][2]})
+        words.push_back(bitsOf(value));
+    }
+  }
+  return words;
+}
+
+// Rows of the matrix from points relative to the middle to homogeneous texels, and the size that is used.
+std::vector<float> placesOf(const OpacityField& field, const Vec3<double>& middle) {
+  std::vector<float> values;
+  for (size_t view = 0; view < field.cameras.size(); ++view) {
+    const capture::Lens& lens = field.cameras[view].lens;
+    const PackedView& packed = field.packed.views[view];
+    const auto& pose = field.cameras[view].cameraFromWorld;
+    Mat3<double> texelFromCamera;
+    texelFromCamera << packed.scale[0] * lens.focalX, 0, -packed.scale[0] * (lens.centerX - packed.low[0]), 0,
+        -packed.scale[1] * lens.focalY, -packed.scale[1] * (lens.centerY - packed.low[1]), 0, 0, -1;
+    const Mat3<double> linear = texelFromCamera * pose.rotation();
+    const Vec3<double> offset = texelFromCamera * (pose.rotation() * middle + pose.translation());
+    for (Eigen::Index row = 0; row < 3; ++row)
+      for (const double value : {linear(row, 0), linear(row, 1), linear(row, 2), offset[row]})
+        values.push_back(static_cast<float>(value));
+    values.insert(values.end(), {static_cast<float>(packed.width), static_cast<float>(packed.height), 0, 0});
+  }
+  return values;
+}
+
+gl::Texture pictureTexture(const PackedViews& packed) {
+  const gl::Limits& limits = gl::contextOfThread()->describe().limits;
+  if (packed.width > limits.textureSize || packed.height > limits.textureSize)
+    throw Error::mismatch("views of " + std::to_string(limits.textureSize) +
+                              " texels at most (lower --budget)",
+                          std::to_string(packed.width) + " x " + std::to_string(packed.height))
+        .in("OpenGL");
+  if (packed.views.size() > static_cast<size_t>(limits.arrayLayers))
+    throw Error::mismatch(std::to_string(limits.arrayLayers) + " views at most",
+                          std::to_string(packed.views.size()))
+        .in("OpenGL");
+  gl::Texture texture(
+      {gl::Format::rgba16f, packed.width, packed.height, static_cast<int>(packed.views.size())});
+  for (size_t view = 0; view < packed.views.size(); ++view)
+    texture.upload(std::as_bytes(packed.layer(view)), packed.width, packed.height,
+                   {.layer = static_cast<int>(view)});
+  return texture;
+}
+
+const char* fragmentShaderOf(Order order) {
+  switch (order) {
+  case Order::list:
+    return "list.frag";
+  case Order::peel:
+    return "peel.frag";
+  case Order::bsp:
+    return "over.frag";
+  }
+  return "";
+}
+
+capture::Camera<AcquisitionSpace> centredAt(const Vec3<double>& origin,
+                                            capture::Camera<AcquisitionSpace> camera) {
+  const auto& pose = camera.cameraFromWorld;
+  camera.cameraFromWorld = {pose.rotation(), pose.translation() + pose.rotation() * origin};
+  return camera;
+}
+
+} // namespace
+
+OpacityFrame::Target::Target(int width, int height, Order order)
+    : color({gl::Format::rgba32f, width, height}),
+      layer({gl::Format::rgba32f, order == Order::peel ? width : 1, order == Order::peel ? height : 1}),
+      depths{gl::Texture({gl::Format::depth32f, layer.shape().width, layer.shape().height}),
+             gl::Texture({gl::Format::depth32f, layer.shape().width, layer.shape().height})},
+      whole("opacity", {{&color}}), first("layer", {{&layer}}, {&depths[0]}),
+      second("layer", {{&layer}}, {&depths[1]}),
+      heads(order == Order::list ? 4 * static_cast<size_t>(width) * static_cast<size_t>(height) : 4) {}
+
+OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progress& progress)
+    : field_(field), order_(order),
+      tree_(order == Order::bsp ? std::optional<BspTree>(std::in_place, field.mesh, field.bspTrees, progress)
+                                : std::nullopt),
+      pieceCount_(tree_ ? tree_->pieces().size() : field.mesh.triangles.size()),
+      middle_(boundsOf(field.mesh.positions).center()),
+      box_(boundsOf(field.mesh.positions).translated(-middle_)), pictures_(pictureTexture(field.packed)),
+      pieces_(4 * kPieceWords * pieceCount_), drawn_(4 * pieceCount_),
+      blends_(sizeof(TriangleBlend) * field.mesh.triangles.size()), places_(64 * field.cameras.size()),
+      counter_(4), none_({}), shade_(kShaders, {"piece.vert", fragmentShaderOf(order)}),
+      textureBytes_(std::span(field.packed.texels).size_bytes()) {
+  const std::vector<Piece> whole = tree_ ? std::vector<Piece>() : wholePieces(field.mesh);
+  const std::vector<uint32_t> words = wordsOf(tree_ ? tree_->pieces() : whole, middle_);
+  pieces_.upload(std::as_bytes(std::span(words)));
+  std::vector<uint32_t> drawn(pieceCount_);
+  std::iota(drawn.begin(), drawn.end(), 0u);
+  drawn_.upload(std::as_bytes(std::span(drawn)));
+  const std::vector<float> places = placesOf(field, middle_);
+  places_.upload(std::as_bytes(std::span(places)));
+  if (order == Order::list)
+    finish_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "resolve.frag"});
+  if (order == Order::peel)
+    finish_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "compose.frag"});
+}
+
+void OpacityFrame::drawLists(FrameCounts& counts) {
+  const int width = target_->color.shape().width, height = target_->color.shape().height;
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  if (!nodes_) nodes_.emplace(4 * kNodeWords * pixels);
+  shade_.set("width", width);
+  finish_->set("width", width);
+  const std::array<const gl::Texture*, 1> textures{&pictures_};
+  target_->heads.bind(kHeads);
+  while (true) {
+    const size_t capacity = nodes_->bytes() / (4 * kNodeWords);
+    nodes_->bind(kNodes);
+    target_->heads.clear(0), counter_.clear(0);
+    shade_.set("capacity", static_cast<int>(capacity));
+    gl::draw({target_->whole,
+              shade_,
+              textures,
+              {.writeColor = {false, false, false, false}, .cull = gl::Cull::back}},
+             none_, {0, 3 * pieceCount_});
+    ++counts.passes;
+    counts.fragments = counter_.read(0);
+    if (counts.fragments <= capacity) break;
+    nodes_.emplace(4 * kNodeWords * counts.fragments * 5 / 4); // and draw again
+  }
+  gl::finishStores();
+  gl::draw({target_->whole, *finish_, {}, {}}, none_, {0, 3});
+}
+
+void OpacityFrame::drawLayers(FrameCounts& counts) {
+  for (size_t layer = 0;; ++layer) {
+    gl::Framebuffer& target = layer % 2 == 0 ? target_->first : target_->second;
+    const std::array<const gl::Texture*, 2> textures{&pictures_, &target_->depths[(layer + 1) % 2]};
+    target.clearColor(0, {0, 0, 0, 0});
+    target.clearDepth();
+    counter_.clear(0);
+    shade_.set("isFirst", layer == 0 ? 1 : 0);
+    gl::draw(
+        {target, shade_, textures, {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
+        none_, {0, 3 * pieceCount_});
+    ++counts.passes;
+    const size_t found = counter_.read(0);
+    if (found == 0) return;
+    counts.fragments += found;
+    const std::array<const gl::Texture*, 1> drawn{&target_->layer};
+    gl::draw({target_->whole, *finish_, drawn, {.blend = {gl::Factor::oneMinusTargetAlpha, gl::Factor::one}}},
+             none_, {0, 3});
+  }
+}
+
+void OpacityFrame::drawBackToFront(const Vec3<double>& viewer, FrameCounts& counts) {
+  const std::vector<uint32_t> order = tree_->backToFront(viewer);
+  drawn_.upload(std::as_bytes(std::span(order)));
+  const std::array<const gl::Texture*, 1> textures{&pictures_};
+  gl::draw({target_->whole,
+            shade_,
+            textures,
+            {.blend = {gl::Factor::one, gl::Factor::oneMinusSourceAlpha}, .cull = gl::Cull::back}},
+           none_, {0, 3 * pieceCount_});
+  ++counts.passes;
+}
+
+image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camera,
+                                  std::span<const TriangleBlend> blends,
+                                  std::map<std::string, double>& seconds, FrameCounts& counts) {
+  const int width = camera.lens.width, height = camera.lens.height;
+  if (!target_ || target_->color.shape().width != width || target_->color.shape().height != height) {
+    target_.reset();
+    nodes_.reset();
+    target_.emplace(width, height, order_);
+  }
+  gl::Stopwatch stopwatch;
+  const auto lap = [&](const char* stage) {
+    seconds[stage] += stopwatch.seconds();
+    stopwatch = {};
+  };
+  shade_.set("clipFromObject", gl::clipFromWorld(centredAt(middle_, camera), box_));
+  blends_.upload(std::as_bytes(blends));
+  pieces_.bind(kPieces), drawn_.bind(kDrawn), blends_.bind(kBlends), places_.bind(kPlaces),
+      counter_.bind(kCounter);
+  target_->whole.clearColor(0, {0, 0, 0, 0});
+  lap("upload");
+  if (order_ == Order::list)
+    drawLists(counts);
+  else if (order_ == Order::peel)
+    drawLayers(counts);
+  else
+    drawBackToFront(camera.center().raw(), counts);
+  lap("draw");
+  image::Image color = target_->color.read();
+  lap("read");
+  return color;
+}
+
+} // namespace surflect::olf

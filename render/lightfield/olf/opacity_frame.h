@@ -1,0 +1,82 @@
+// Frames of an opacity light field by OpenGL: referencePicture() (reference.h) in single precision, in one of
+// three visibility orders.
+//
+// [Everitt 2001] Everitt: Interactive Order-Independent Transparency.   [Vlasic 2003, §4.2, §6.2]
+// The paper caches the texture coordinates of each vertex in its views. Here the fragment shader multiplies
+// the point by the matrix of a view: homogeneous coordinates are linear in the point, so this is the same,
+// and takes no memory.
+#pragma once
+
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/storage_buffer.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+#include "render/lightfield/olf/bsp_tree.h"
+#include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/triangle_blends.h"
+#include "srf/capture/camera.h"
+#include "srf/image/image.h"
+#include "surfel/base/progress.h"
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace surflect::olf {
+
+struct FrameCounts {
+  size_t passes = 0;    // that draw the mesh
+  size_t fragments = 0; // in the lists, or of all layers; not counted for the BSP tree
+};
+
+// Belongs to the current context, as the objects of render/gl do.
+class OpacityFrame {
+public:
+  // Uploads a field, which must outlive the frame as it is asked for `order`. Throws Error if a driver's
+  // limit or memory is exceeded; and Cancelled.
+  OpacityFrame(const OpacityField& field, Order order, const Progress& progress = {});
+
+  // RGBA, premultiplied; pixels show what is at their centres. `blends` are those of the camera's centre.
+  // Adds seconds by stage. Throws Error for a camera that is not a pinhole or distorts.
+  image::Image render(const capture::Camera<AcquisitionSpace>& camera, std::span<const TriangleBlend> blends,
+                      std::map<std::string, double>& seconds, FrameCounts& counts);
+
+  size_t pieces() const { return pieceCount_; }
+  size_t textureBytes() const { return textureBytes_; }
+
+private:
+  struct Target {
+    gl::Texture color, layer;
+    std::array<gl::Texture, 2> depths; // of the layer, and of the one before
+    gl::Framebuffer whole, first, second;
+    gl::StorageBuffer heads;
+    Target(int width, int height, Order order);
+  };
+
+  void drawLists(FrameCounts& counts);
+  void drawLayers(FrameCounts& counts);
+  void drawBackToFront(const Vec3<double>& viewer, FrameCounts& counts);
+
+  const OpacityField& field_;
+  Order order_;
+  std::optional<BspTree> tree_;
+  size_t pieceCount_ = 0;
+  Vec3<double> middle_; // positions on the GPU are relative to it
+  Eigen::AlignedBox3d box_;
+  gl::Texture pictures_;
+  gl::StorageBuffer pieces_, drawn_, blends_, places_, counter_;
+  std::optional<gl::StorageBuffer> nodes_;
+  gl::VertexArray none_;
+  gl::Program shade_;
+  std::optional<gl::Program> finish_; // resolves lists, or composes layers
+  std::optional<Target> target_;
+  size_t textureBytes_ = 0;
+};
+
+} // namespace surflect::olf

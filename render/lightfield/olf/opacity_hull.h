@@ -1,0 +1,24 @@
+// Opacity hulls: coarse meshes around all that views show.
+//
+// [Matusik 2002] Matusik et al.: Image-Based 3D Photography Using Opacity Hulls, SIGGRAPH.
+#pragma once
+
+#include "render/lightfield/common/views.h"
+#include "surfel/base/progress.h"
+#include "surfel/geometry/mesh.h"
+
+#include <cstddef>
+
+namespace surflect::olf {
+
+// A mesh of at most `triangles` triangles, with its vertices moved outwards until it holds the given mesh: by
+// the largest height of the mesh's vertices above the triangles around each, or by a twentieth of the mesh's
+// diagonal. 0 triangles: the mesh as it is.
+TriangleMesh coarseAround(const TriangleMesh& mesh, size_t triangles);
+
+// Visual hull of the silhouettes of the training views, in which every pixel with alpha above 0 counts, and a
+// pixel around them; so that the tips of hairs are inside. Throws Error as hull::visualHull() does, and if no
+// view has a pixel without alpha; and Cancelled.
+TriangleMesh opacityHull(const lightfield::Views& views, const Progress& progress = {});
+
+} // namespace surflect::olf

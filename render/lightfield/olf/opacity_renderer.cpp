@@ -1,0 +1,82 @@
+#include "render/lightfield/olf/opacity_renderer.h"
+
+#include "render/lightfield/common/baked_scene.h"
+#include "render/lightfield/olf/opacity_file.h"
+#include "srf/image/resize.h"
+#include "surfel/base/error.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
+#include "surfel/math/bounds.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace surflect::olf {
+
+namespace {
+
+const char* nameOf(Order order) {
+  switch (order) {
+  case Order::list:
+    return "list";
+  case Order::peel:
+    return "peel";
+  case Order::bsp:
+    return "bsp";
+  }
+  return "";
+}
+
+} // namespace
+
+OpacityRenderer::OpacityRenderer(const std::filesystem::path& folder, const OpacityOptions& options,
+                                 const Progress& progress)
+    : folder_(folder, kFormat, kVersion, progress), options_(options), context_(gl::contextOfThread()) {
+  lightfield::requireSamples(options.samples);
+  field_ = readField(folder_, progress);
+  if (options.order) field_.order = *options.order;
+  blender_ = std::make_unique<const ViewBlender>(field_, progress);
+  frame_ = std::make_unique<OpacityFrame>(field_, field_.order, progress);
+  description_.folder = folder;
+  description_.counts = {{"views", field_.cameras.size()},
+                         {"triangles", field_.mesh.triangles.size()},
+                         {"pieces", frame_->pieces()},
+                         {"texture_bytes", frame_->textureBytes()},
+                         {"auxiliary_bytes", blender_->bytes()}};
+  description_.rig = folder_.rig();
+  description_.middle = middleOf(folder_.mesh().positions);
+  description_.points = folder_.mesh().positions;
+  turn({});
+}
+
+void OpacityRenderer::turn(const knobs::Setting& setting) {
+  knobs::requireKnobs(knobs(), setting);
+  samples_ = lightfield::samplesOf(setting, options_.samples);
+  description_.identity = fmt::format("opacity light field {} order {} samples {} driver {} {}",
+                                      hex(folder_.identity()), nameOf(field_.order), samples_,
+                                      context_->describe().renderer, context_->describe().version);
+}
+
+render::FrameLayers OpacityRenderer::render(const scene::Scene& scene, const std::vector<std::string>&,
+                                            const Progress& progress, render::FrameLayers memory) {
+  progress.checkpoint();
+  lightfield::requireBaked(scene, description_.rig, description_.points);
+  const capture::Camera<AcquisitionSpace> camera = lightfield::sampledCamera(scene, samples_);
+  memory.aovs.clear();
+  memory.report = {};
+  const Stopwatch stopwatch;
+  const std::vector<TriangleBlend> blends = blender_->blends(camera.center().raw());
+  memory.report.seconds["weights"] = stopwatch.seconds();
+  FrameCounts counts;
+  memory.color = image::squareMeans(frame_->render(camera, blends, memory.report.seconds, counts), samples_);
+  memory.report.counts = {{"work.pixels", lightfield::samplesOf(scene, samples_)},
+                          {"passes", static_cast<double>(counts.passes)},
+                          {"fragments", static_cast<double>(counts.fragments)},
+                          {"pieces", static_cast<double>(frame_->pieces())},
+                          {"texture_bytes", static_cast<double>(frame_->textureBytes())}};
+  if (!lightfield::showsObject(memory.color)) memory.report.remark = lightfield::kNothingVisible;
+  return memory;
+}
+
+} // namespace surflect::olf

@@ -1,0 +1,36 @@
+// Pictures of an opacity light field in double precision: every triangle that the ray of a pixel's centre
+// meets from its front, in the exact order of depths.
+//
+// [Vlasic 2003] Vlasic et al.: Opacity Light Fields, I3D.
+// Symbols: alpha_i, c_i opacity and premultiplied colour of the fragment i, counted from the viewer; w_k, C_k
+// weights and colours of the views of a triangle.
+#pragma once
+
+#include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/triangle_blends.h"
+#include "srf/capture/camera.h"
+#include "srf/image/image.h"
+#include "surfel/math/space.h"
+
+#include <Eigen/Core>
+
+namespace surflect::olf {
+
+// Texel of a packed view at a pixel position of its photograph, bilinear; beyond the used part the edge's.
+Eigen::Vector4d texelAt(const PackedViews& packed, size_t view, const capture::Pixel& pixel);
+
+// sum_k w_k C_k at a point of a triangle, with w_k interpolated between the corners.
+Eigen::Vector4d blendAt(const OpacityField& field, const TriangleBlend& blend, const Vec3<double>& point,
+                        const Vec3<double>& barycentric);
+
+struct ReferencePicture {
+  image::Image color;    // RGBA, premultiplied
+  size_t mostLayers = 0; // fragments of a pixel, at most
+};
+
+// c = sum_i c_i prod_{j < i} (1 - alpha_j). Triangles at equal depth are in the order of the mesh. The camera
+// is a plain pinhole.
+ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
+                                  const capture::Camera<AcquisitionSpace>& camera);
+
+} // namespace surflect::olf

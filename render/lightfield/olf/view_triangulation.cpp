@@ -1,0 +1,180 @@
+#include "render/lightfield/olf/view_triangulation.h"
+
+#include "render/lightfield/lfm/delaunay.h"
+#include "render/lightfield/lfm/view_blend.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace surflect::olf {
+
+namespace {
+
+double determinant(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c) {
+  return a.dot(b.cross(c));
+}
+
+// Rounding of weights whose sum is one.
+constexpr double kInside = -1e-12;
+
+} // namespace
+
+Vec3<double> ViewTriangulation::placed(const Vec3<double>& direction) const {
+  if (domain_ == Domain::sphere) return direction;
+  lfm::DiscPoint p(direction.dot(frame_.x), direction.dot(frame_.y));
+  if (direction.dot(frame_.z) < 0) { // on the rim
+    const double length = p.norm();
+    p = length > 0 ? lfm::DiscPoint(p / length) : lfm::DiscPoint(1, 0);
+  }
+  return {p[0], p[1], 1};
+}
+
+lfm::DiscPoint ViewTriangulation::flattened(const Vec3<double>& placed) const {
+  if (domain_ == Domain::plane) return placed.head<2>();
+  const double depth = std::max(1 + placed.dot(frame_.z), 1e-3);
+  return {placed.dot(frame_.x) / depth, placed.dot(frame_.y) / depth};
+}
+
+ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, const lfm::VertexFrame& frame,
+                                     Domain domain)
+    : domain_(domain), frame_(frame) {
+  for (uint32_t i = 0; i < directions.size(); ++i)
+    if (domain == Domain::sphere || directions[i].dot(frame.z) >= 0) views_.push_back(i);
+  for (const uint32_t view : views_) sites_.push_back(placed(directions[view]));
+  if (domain == Domain::sphere) {
+    for (const Vec3<double>& site : sites_) center_ += site;
+    center_ = center_.norm() > 1e-6 ? Vec3<double>(center_.normalized()) : frame.z;
+    frame_ = lfm::frameAlong(center_);
+  }
+  if (sites_.size() < 3) return;
+  std::vector<lfm::DiscPoint> points;
+  for (const Vec3<double>& site : sites_) points.push_back(flattened(site));
+  lfm::SiteMesh mesh = lfm::siteMesh(points);
+  triangles_ = std::move(mesh.triangles);
+  if (triangles_.empty()) {
+    borders_ = std::move(mesh.borders);
+    return;
+  }
+  std::map<std::pair<uint32_t, uint32_t>, size_t> triangleOf; // by its edges
+  for (size_t t = 0; t < triangles_.size(); ++t)
+    for (size_t i = 0; i < 3; ++i) triangleOf[{triangles_[t][(i + 1) % 3], triangles_[t][(i + 2) % 3]}] = t;
+  for (const Corners& corners : triangles_) {
+    std::array<int32_t, 3>& neighbors = neighbors_.emplace_back();
+    for (size_t i = 0; i < 3; ++i) {
+      const uint32_t from = corners[(i + 1) % 3], to = corners[(i + 2) % 3];
+      const auto across = triangleOf.find({to, from});
+      neighbors[i] = across == triangleOf.end() ? -1 : static_cast<int32_t>(across->second);
+      if (neighbors[i] < 0) borders_.push_back({from, to});
+    }
+  }
+  if (domain == Domain::plane) { // centroid of the area
+    double sum = 0;
+    for (const auto& [a, b, c] : triangles_) {
+      const double area = lfm::doubledArea(points[a], points[b], points[c]);
+      center_ += area / 3 * (sites_[a] + sites_[b] + sites_[c]);
+      sum += area;
+    }
+    center_ /= sum;
+  }
+  double best = -std::numeric_limits<double>::infinity();
+  for (size_t t = 0; t < triangles_.size(); ++t)
+    if (const double inside = weightsIn(triangles_[t], center_).minCoeff(); inside > best)
+      best = inside, start_ = t;
+}
+
+Vec3<double> ViewTriangulation::weightsIn(const Corners& corners, const Vec3<double>& d) const {
+  const Vec3<double>&a = sites_[corners[0]], &b = sites_[corners[1]], &c = sites_[corners[2]];
+  return {determinant(d, b, c), determinant(a, d, c), determinant(a, b, d)};
+}
+
+ClosestViews ViewTriangulation::inTriangle(const Corners& corners, const Vec3<double>& weights) const {
+  const Vec3<double> positive = weights.cwiseMax(0.0);
+  ClosestViews closest;
+  for (size_t i = 0; i < 3; ++i)
+    closest.push({views_[corners[i]], positive[static_cast<Eigen::Index>(i)] / positive.sum()});
+  return closest;
+}
+
+ClosestViews ViewTriangulation::outside(const Vec3<double>& d) const {
+  double best = -std::numeric_limits<double>::infinity();
+  ClosestViews closest;
+  for (const auto& [a, b] : borders_) {
+    const double ofA = determinant(d, sites_[b], center_), ofB = determinant(sites_[a], d, center_);
+    const double sum = ofA + ofB, least = std::min(ofA, ofB);
+    if (!(sum > 0) || !(least / sum > best)) continue;
+    best = least / sum;
+    const double share = std::clamp(ofA / sum, 0.0, 1.0);
+    closest = {};
+    closest.push({views_[a], share});
+    closest.push({views_[b], 1 - share});
+  }
+  return closest.size() > 0 ? closest : byDistance(d);
+}
+
+ClosestViews ViewTriangulation::alongLine(const Vec3<double>& d) const {
+  const lfm::DiscPoint p = flattened(d);
+  double nearest = std::numeric_limits<double>::infinity();
+  ClosestViews closest;
+  for (const auto& [a, b] : borders_) {
+    const lfm::DiscPoint from = flattened(sites_[a]), along = flattened(sites_[b]) - from;
+    const double squared = along.squaredNorm();
+    const double share = squared > 0 ? std::clamp((p - from).dot(along) / squared, 0.0, 1.0) : 0;
+    const double distance = (p - from - share * along).squaredNorm();
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    closest = {};
+    closest.push({views_[a], 1 - share});
+    closest.push({views_[b], share});
+  }
+  return closest;
+}
+
+ClosestViews ViewTriangulation::byDistance(const Vec3<double>& d) const {
+  std::vector<std::pair<double, uint32_t>> order; // distances and sites
+  for (uint32_t i = 0; i < sites_.size(); ++i) order.emplace_back((sites_[i] - d).norm(), i);
+  std::ranges::sort(order);
+  ClosestViews closest;
+  if (order.empty()) return closest;
+  // Two views at most come here, but for the one direction that is opposite to x.
+  const size_t count = std::min<size_t>(order.size(), sites_.size() < 3 ? 2 : 1);
+  double sum = 0;
+  for (size_t i = 0; i < count; ++i) sum += 1 / std::max(order[i].first, 1e-14);
+  for (size_t i = 0; i < count; ++i)
+    closest.push({views_[order[i].second], 1 / std::max(order[i].first, 1e-14) / sum});
+  return closest;
+}
+
+ClosestViews ViewTriangulation::at(const Vec3<double>& direction) const {
+  const Vec3<double> d = placed(direction);
+  if (sites_.size() < 3) return byDistance(d);
+  if (triangles_.empty()) return alongLine(d);
+  // Walks towards d from the middle. The paper starts from the last triangle; frames would then depend on
+  // what was rendered before, in their last bits.
+  size_t triangle = start_;
+  for (size_t step = 0; step < triangles_.size(); ++step) {
+    const Vec3<double> weights = weightsIn(triangles_[triangle], d);
+    Eigen::Index worst = 0;
+    const double least = weights.minCoeff(&worst);
+    if (least >= kInside * weights.cwiseAbs().sum()) return inTriangle(triangles_[triangle], weights);
+    const int32_t next = neighbors_[triangle][static_cast<size_t>(worst)];
+    if (next < 0) break;
+    triangle = static_cast<size_t>(next);
+  }
+  // A border that is not convex can end a walk too early.
+  for (const Corners& corners : triangles_) {
+    const Vec3<double> weights = weightsIn(corners, d);
+    if (weights.minCoeff() >= kInside * weights.cwiseAbs().sum()) return inTriangle(corners, weights);
+  }
+  return outside(d);
+}
+
+size_t ViewTriangulation::bytes() const {
+  return views_.size() * sizeof(uint32_t) + sites_.size() * sizeof(Vec3<double>) +
+         triangles_.size() * (sizeof(Corners) + sizeof(neighbors_[0])) +
+         borders_.size() * sizeof(borders_[0]);
+}
+
+} // namespace surflect::olf

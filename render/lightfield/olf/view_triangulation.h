@@ -1,0 +1,63 @@
+// Delaunay triangulation of the directions towards the views of a vertex, and its barycentric weights.
+//
+// [Vlasic 2003, §4.1, Figs. 1, 2] Vlasic et al.: Opacity Light Fields, I3D.
+// Symbols: C_i directions towards the views, d towards the viewer; x the point that the border is seen from.
+//
+// In the plane, C_i and d are projected onto the tangent plane of the vertex, as homogeneous points (x, y,
+// 1); x is the centroid of the convex hull. On the sphere they stay unit vectors, which avoids the distortion
+// that the paper warns of; x is their mean direction. A stereographic projection around x keeps circles
+// circles, so the planar Delaunay triangles of the projected C_i are the spherical ones, and x is inside
+// their convex hull. In both cases d has the weights with d ~ w_a C_a + w_b C_b + w_c C_c in a triangle. A d
+// outside of all triangles blends the two views of the border edge between d and x (Figure 2b).
+#pragma once
+
+#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/olf/closest_views.h"
+#include "surfel/math/space.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::olf {
+
+enum class Domain { sphere, plane };
+
+class ViewTriangulation {
+public:
+  // Unit directions. Those below the tangent plane (z < 0) are not used in the plane, as in the paper.
+  ViewTriangulation(std::span<const Vec3<double>> directions, const lfm::VertexFrame& frame, Domain domain);
+
+  // Closest views of a unit direction, as indices of the constructor's directions; none if it had none. Fewer
+  // than three views are all used, by the inverse of their distance to d. Three or more in a line blend the
+  // two next to the point of the line nearest to d, which the paper does not say.
+  ClosestViews at(const Vec3<double>& direction) const;
+
+  size_t triangles() const { return triangles_.size(); }
+  size_t bytes() const;
+
+private:
+  using Corners = std::array<uint32_t, 3>;
+
+  Vec3<double> placed(const Vec3<double>& direction) const;
+  lfm::DiscPoint flattened(const Vec3<double>& placed) const;
+  Vec3<double> weightsIn(const Corners& corners, const Vec3<double>& d) const;
+  ClosestViews inTriangle(const Corners& corners, const Vec3<double>& weights) const;
+  ClosestViews outside(const Vec3<double>& d) const;
+  ClosestViews alongLine(const Vec3<double>& d) const;
+  ClosestViews byDistance(const Vec3<double>& d) const;
+
+  Domain domain_;
+  lfm::VertexFrame frame_;
+  Vec3<double> center_ = Vec3<double>::Zero(); // x
+  std::vector<uint32_t> views_;                // of each site
+  std::vector<Vec3<double>> sites_;
+  std::vector<Corners> triangles_;                // counter-clockwise
+  std::vector<std::array<int32_t, 3>> neighbors_; // across the edge opposite to each corner; -1: border
+  std::vector<std::array<uint32_t, 2>> borders_;  // triangles on the left; or segments of a line
+  size_t start_ = 0;                              // triangle near x
+};
+
+} // namespace surflect::olf

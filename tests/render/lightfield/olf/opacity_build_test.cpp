@@ -1,0 +1,219 @@
+#include "render/lightfield/olf/build.h"
+
+#include "render/lightfield/olf/opacity_file.h"
+#include "render/lightfield/olf/opacity_hull.h"
+#include "render/lightfield/olf/packing.h"
+#include "surfel/geometry/ray_caster.h"
+#include "tests/render/lightfield/olf/painted_field.h"
+#include "tests/support/random.h"
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+namespace surflect::olf {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(ObjectWindow, HoldsAllAlphaAndAPixelAround) {
+  image::Image picture(9, 7, 4);
+  EXPECT_EQ(objectWindow(picture).width(), 1); // all transparent
+  picture.at(4, 2)[3] = 1e-4f;
+  picture.at(8, 3)[3] = 1;
+  const image::PixelWindow window = objectWindow(picture);
+  EXPECT_EQ(window.x0, 3);
+  EXPECT_EQ(window.x1, 9);
+  EXPECT_EQ(window.y0, 1);
+  EXPECT_EQ(window.y1, 5);
+}
+
+TEST(MendInvalid, TakesTheMeanOfTheNeighbours) {
+  image::Image picture(3, 1, 4);
+  picture.values = {1, 0, 0, 1, std::numeric_limits<float>::quiet_NaN(), 0, 0, 1, 3, 0, 0, 1};
+  mendInvalid(picture);
+  EXPECT_EQ(picture.at(1, 0)[0], 2);
+  EXPECT_EQ(picture.at(0, 0)[0], 1);
+  image::Image alone(1, 1, 4);
+  alone.values = {std::numeric_limits<float>::infinity(), 0, 0, 1};
+  mendInvalid(alone);
+  EXPECT_EQ(alone.values, std::vector<float>(4, 0));
+}
+
+TEST(CoarseAround, HoldsTheMesh) {
+  const TriangleMesh sphere = lightfield::bumpySphere(0.05, 48), coarse = coarseAround(sphere, 200);
+  EXPECT_LE(coarse.triangles.size(), 200u);
+  const RayCaster<AcquisitionSpace> rays(coarse);
+  size_t outside = 0;
+  for (const auto& p : sphere.positions) {
+    const Vec3<double> d = p.cast<double>().raw().normalized();
+    const auto hit = rays.firstHit(Point3<AcquisitionSpace, double>(0, 0, 0),
+                                   assume<Direction3<AcquisitionSpace, double>>(d));
+    outside += !hit || hit->distance < p.cast<double>().raw().norm() - 0.01;
+  }
+  EXPECT_LE(outside, sphere.positions.size() / 50);
+}
+
+// Views of a sphere, and fields of it, made once.
+class OpacityBuild : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    shared_ = std::make_unique<image::TemporaryFolder>();
+    studio::photograph({.cameras = 30, .lights = 0, .size = 32}, *shared_ / "capture");
+    lightfield::Views views(*shared_ / "capture");
+    report_ = build(views, {}, *shared_ / "field");
+  }
+  static void TearDownTestSuite() { shared_.reset(); }
+  void SetUp() override { fs::copy(*shared_ / "field", folder_.path(), fs::copy_options::recursive); }
+
+  static OpacityField read(const fs::path& path) {
+    return readField(lightfield::LightFieldFolder(path, kFormat, kVersion));
+  }
+  // Writes a field, and returns why it cannot be read.
+  std::string errorOf(const OpacityField& field) const {
+    const lightfield::LightFieldFolder before(*shared_ / "field", kFormat, kVersion);
+    writeField(field, before.rig(), folder_.path());
+    return image::errorOf([&] { read(folder_.path()); });
+  }
+
+  static inline std::unique_ptr<image::TemporaryFolder> shared_;
+  static inline BuildReport report_;
+  image::TemporaryFolder folder_;
+};
+
+TEST_F(OpacityBuild, IsReadAsItWasBuilt) {
+  const OpacityField field = read(folder_.path());
+  EXPECT_EQ(field.cameras.size(), 30u);
+  EXPECT_EQ(field.mesh.triangles.size(), report_.triangles);
+  EXPECT_EQ(report_.unseenVertices, 0u);
+  EXPECT_EQ(field.packed.width, report_.width);
+  EXPECT_EQ(report_.scale, 1);
+  EXPECT_EQ(report_.packedBytes, 8u * 30u * static_cast<size_t>(report_.width * report_.height));
+  EXPECT_LT(report_.packedBytes, report_.pictureBytes);
+  EXPECT_EQ(report_.bytes, lightfield::LightFieldFolder(folder_.path(), kFormat, kVersion).bytes());
+}
+
+TEST_F(OpacityBuild, AVertexHasTheViewsThatItsRingFaces) {
+  const OpacityField field = read(folder_.path());
+  const lfm::Rings rings(field.mesh);
+  size_t missing = 0, all = 0;
+  for (const uint32_t vertex : rings.vertices()) {
+    std::vector<uint32_t> facing;
+    for (uint32_t view = 0; view < field.cameras.size(); ++view) {
+      bool faces = true; // the sphere is convex: nothing is hidden otherwise
+      for (const lfm::RingTriangle& around : rings.around(vertex)) {
+        const Vec3<double> corner =
+            field.mesh.positions[field.mesh.triangles[around.triangle][0]].cast<double>().raw();
+        faces &= areaVector(field.mesh, around.triangle).dot(field.cameras[view].center().raw() - corner) > 0;
+      }
+      if (faces) facing.push_back(view);
+    }
+    const auto of = field.visible.of(vertex);
+    EXPECT_TRUE(std::ranges::includes(facing, of));
+    missing += facing.size() - of.size(); // rays that graze the surface
+    all += facing.size();
+  }
+  EXPECT_LE(static_cast<double>(missing), 0.01 * static_cast<double>(all));
+}
+
+TEST_F(OpacityBuild, AllViewsCountIfVisibilityIsIgnored) {
+  lightfield::Views views(*shared_ / "capture");
+  const BuildReport report = build(views, {.visible = Visible::all, .triangles = 100}, folder_ / "all");
+  EXPECT_EQ(report.visibleViews, 30);
+}
+
+TEST_F(OpacityBuild, WhatNoViewSeesBlendsTheViewsThatFaceIt) {
+  lightfield::Views views(*shared_ / "capture");
+  TriangleMesh nested = lightfield::bumpySphere(0, 12);
+  const auto outer = static_cast<uint32_t>(nested.positions.size());
+  for (uint32_t i = 0; i < outer; ++i) { // a smaller sphere inside
+    const Vec3<float> p = 0.5f * nested.positions[i].raw();
+    nested.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
+  }
+  for (size_t t = 0, count = nested.triangles.size(); t < count; ++t) {
+    const auto [a, b, c] = nested.triangles[t];
+    nested.triangles.push_back({a + outer, b + outer, c + outer});
+  }
+  views.replaceMesh(withoutUnused(withoutFlat(nested)));
+  const lfm::Rings rings(views.mesh());
+  const std::vector<size_t> training = views.ofSplit(capture::Split::train);
+  const VisibleViews visible = visibleViews(views, training, rings, Visible::ring);
+  EXPECT_EQ(visible.unseenVertices, rings.vertices().size() / 2);
+  for (const uint32_t vertex : rings.vertices()) EXPECT_FALSE(visible.of(vertex).empty());
+}
+
+TEST_F(OpacityBuild, ViewsAreScaledDownToTheBudget) {
+  const lightfield::Views views(*shared_ / "capture");
+  const std::vector<size_t> training = views.ofSplit(capture::Split::train);
+  PackingReport report;
+  const PackedViews packed = packViews(views, training, 40000, report);
+  EXPECT_LE(std::span(packed.texels).size_bytes(), 40000u);
+  EXPECT_GE(std::span(packed.texels).size_bytes(), 30000u);
+  EXPECT_LT(report.scale, 1);
+  EXPECT_THROW(packViews(views, training, 100, report), Error);
+}
+
+TEST_F(OpacityBuild, AnOpacityHullHoldsTheSphere) {
+  const lightfield::Views views(*shared_ / "capture");
+  const TriangleMesh hull = opacityHull(views);
+  const RayCaster<AcquisitionSpace> rays(hull);
+  std::mt19937 random(10);
+  for (int i = 0; i < 200; ++i) {
+    const auto hit = rays.firstHit(Point3<AcquisitionSpace, double>(0, 0, 0),
+                                   assume<Direction3<AcquisitionSpace, double>>(randomUnit(random)));
+    ASSERT_TRUE(hit);
+    EXPECT_GE(hit->distance, 1);
+    EXPECT_LE(hit->distance, 1.5);
+  }
+}
+
+TEST_F(OpacityBuild, WrongContentIsRefusedByItsPlace) {
+  const OpacityField good = read(*shared_ / "field");
+  const auto wrong = [&](const auto& change) {
+    OpacityField field = good;
+    change(field);
+    return errorOf(field);
+  };
+  const std::string views = (folder_ / "views.bin").string(), texels = (folder_ / "texels.bin").string();
+  EXPECT_EQ(wrong([](OpacityField& field) { field.packed.views[3].width = 1000; }),
+            views + ": view 3.width: found 1000, expected 1.." + std::to_string(good.packed.width));
+  EXPECT_EQ(wrong([](OpacityField& field) { field.packed.views[0].scale[1] = 0; }),
+            views + ": view 0.scale: found 0, expected above 0, 1 at most");
+  EXPECT_NE(
+      wrong([](OpacityField& field) { field.packed.views[0].low[0] = std::nan(""); }).find("view 0.low"),
+      std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views[0] = 77; }).find("a view below 30"),
+            std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) {
+              std::swap(field.visible.views[0], field.visible.views[1]);
+            }).find("views in rising order"),
+            std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.first[1] = 1u << 30; }).find("first[2]"),
+            std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views.pop_back(); }).find("visible views"),
+            std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views.push_back(1); }).find("end"),
+            std::string::npos);
+  EXPECT_EQ(wrong([](OpacityField& field) { field.packed.texels[5][2] = 0x7c00; }),
+            texels + ": texel 5: is not finite");
+  EXPECT_NE(wrong([](OpacityField& field) { field.packed.texels.pop_back(); }).find("bytes, expected"),
+            std::string::npos);
+  EXPECT_NE(wrong([](OpacityField& field) { field.bspTrees = 0; }).find("numbers.bsp_trees"),
+            std::string::npos);
+}
+
+TEST_F(OpacityBuild, TruncatedFilesAreRefused) {
+  for (const char* name : {"views.bin", "texels.bin", "mesh.bin"}) {
+    const fs::path path = folder_ / name;
+    const auto size = fs::file_size(path);
+    for (const uintmax_t kept : {uintmax_t{0}, size / 2, size - 1}) {
+      fs::copy_file(*shared_ / "field" / name, path, fs::copy_options::overwrite_existing);
+      fs::resize_file(path, kept);
+      EXPECT_NE(image::errorOf([&] { read(folder_.path()); }).find(name), std::string::npos);
+    }
+    fs::copy_file(*shared_ / "field" / name, path, fs::copy_options::overwrite_existing);
+  }
+}
+
+} // namespace
+} // namespace surflect::olf

@@ -1,0 +1,77 @@
+#include "render/lightfield/olf/reference.h"
+
+#include "tests/render/lightfield/olf/painted_field.h"
+
+#include <cmath>
+#include <set>
+
+namespace surflect::olf {
+namespace {
+
+class FromACamera : public ::testing::TestWithParam<std::pair<Method, Domain>> {};
+INSTANTIATE_TEST_SUITE_P(Reference, FromACamera,
+                         ::testing::Values(std::pair(Method::vdtm, Domain::sphere),
+                                           std::pair(Method::vdtm, Domain::plane),
+                                           std::pair(Method::ulr, Domain::sphere)));
+
+// Epipole consistency, over pixels of triangles whose corners all hold the view.
+TEST_P(FromACamera, ItsPhotographComesBack) {
+  const OpacityField field =
+      paintedField(lightfield::bumpySphere(0, 24), 60, 48, GetParam().first, GetParam().second);
+  const ViewBlender blender(field);
+  for (const size_t view : {0u, 13u, 40u}) {
+    const ReferencePicture picture = referencePicture(field, blender, field.cameras[view]);
+    double squares = 0, count = 0;
+    const RayCaster<AcquisitionSpace> rays(field.mesh);
+    const auto worldFromCamera = field.cameras[view].cameraFromWorld.inverse();
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 48; ++x) {
+        const auto direction =
+            worldFromCamera(capture::rayThrough(field.cameras[view].lens, {x + 0.5, y + 0.5})->direction);
+        const auto hit = rays.firstHit(field.cameras[view].center(), direction);
+        if (!hit) continue;
+        bool isHeld = true;
+        for (const uint32_t corner : field.mesh.triangles[hit->triangle]) {
+          const auto of = field.visible.of(corner);
+          isHeld &= std::ranges::find(of, view) != of.end();
+        }
+        if (!isHeld) continue;
+        for (size_t c = 0; c < 4; ++c, ++count) {
+          const float alpha = painted(view, x, y, 3), truth = c < 3 ? alpha * painted(view, x, y, c) : alpha;
+          squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
+        }
+      }
+    EXPECT_GT(count, 2500);
+    const double decibels = -10 * std::log10(squares / count);
+    RecordProperty("decibels", std::to_string(decibels));
+    EXPECT_GE(decibels, 76);
+  }
+}
+
+TEST(Reference, LayersAreCompositedByTheirAlpha) {
+  // Two parallel squares, which face +z; one view along z.
+  OpacityField field;
+  field.method = Method::ulr;
+  for (const float z : {0.f, -0.5f})
+    for (const auto& [x, y] : {std::pair(-0.5f, -0.47f), {0.53f, -0.5f}, {0.5f, 0.54f}, {-0.51f, 0.5f}})
+      field.mesh.positions.emplace_back(x, y, z);
+  field.mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  field.cameras.push_back(studio::cameraFrom<AcquisitionSpace>({0, 0, 1}, 32));
+  field.packed.width = field.packed.height = 1;
+  field.packed.views.push_back({{0, 0}, {1, 1}, 1, 1});
+  field.packed.texels = {{image::nearestHalf(0.25f), 0, 0, image::nearestHalf(0.5f)}};
+  for (uint32_t i = 0; i <= 8; ++i) field.visible.first.push_back(i);
+  field.visible.views.assign(8, 0);
+  const ReferencePicture picture = referencePicture(field, ViewBlender(field), field.cameras[0]);
+  EXPECT_EQ(picture.mostLayers, 2u);
+  EXPECT_NEAR(picture.color.at(15, 18)[0], 0.25 + 0.5 * 0.25, 1e-6);
+  EXPECT_NEAR(picture.color.at(15, 18)[3], 0.75, 1e-6);
+  EXPECT_EQ(picture.color.at(0, 0)[3], 0);
+  // From behind nothing is seen.
+  const ReferencePicture back =
+      referencePicture(field, ViewBlender(field), studio::cameraFrom<AcquisitionSpace>({0, 0, -1}, 32));
+  EXPECT_EQ(back.mostLayers, 0u);
+}
+
+} // namespace
+} // namespace surflect::olf
