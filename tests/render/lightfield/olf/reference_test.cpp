@@ -48,7 +48,7 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
   }
 }
 
-TEST(Reference, LayersAreCompositedByTheirAlpha) {
+TEST(OpacityReference, LayersAreCompositedByTheirAlpha) {
   // Two parallel squares, which face +z; one view along z.
   OpacityField field;
   field.method = Method::ulr;
