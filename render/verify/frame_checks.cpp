@@ -35,7 +35,7 @@ double percent(size_t part, size_t whole) {
   return whole > 0 ? 100 * static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
-// What each visible surfel shows of the checks; one entry per surfel of raster.visible.
+// Results of the checks at each visible surfel; one entry per surfel of raster.visible.
 struct VisibleFlags {
   std::vector<uint8_t> isFolded, isUnseen, isUnmatched, lacksLight, lacksView;
   std::vector<float> viewGap, lightGap, lookUpError,

@@ -38,7 +38,7 @@ public:
   // Blend of each triangle. Equal for any number of threads.
   std::vector<TriangleBlend> blends(const Vec3<double>& viewer) const;
 
-  // Of triangulations and directions.
+  // Bytes of the triangulations and directions.
   size_t bytes() const;
 
 private:

@@ -89,7 +89,7 @@ TEST_F(OpacityFrameTest, PeelingStopsAtAnEmptyLayer) {
 }
 
 TEST_F(OpacityFrameTest, EqualDepthsAreInTheOrderOfTheMesh) {
-  // The same sphere twice, with views of its own for each copy.
+  // Two copies of a sphere, each with views of its own.
   TriangleMesh mesh = lightfield::bumpySphere(0, 10);
   const auto shift = static_cast<uint32_t>(mesh.triangles.size());
   const std::vector<std::array<uint32_t, 3>> once = mesh.triangles;
