@@ -3,6 +3,7 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/evaluate.h"
+#include "render/evaluation/true_frames.h"
 
 #include <fmt/format.h>
 
@@ -117,7 +118,11 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
     report["frames"].push_back(std::move(entry));
   }
   report["invalid_texels"] = invalidTexels;
+  const size_t unknown = capture.frames.size() - evaluation::withKnownObject(capture).frames.size();
+  report["photographs_without_mask"] = unknown;
   sayTable(report);
+  if (unknown > 0)
+    say(fmt::format("{} photographs have no mask, as others have, and are in no score", unknown));
   if (invalidTexels > 0)
     say(fmt::format("{} texels of the photographs are NaN or infinite, and in no score", invalidTexels));
   return report;

@@ -6,6 +6,7 @@
 namespace surflect {
 
 void addLightFieldBuild(CLI::App& lightField, CommandWork& work);
+void addLightFieldScene(CLI::App& lightField, CommandWork& work);
 void addLightFieldCompare(CLI::App& lightField, CommandWork& work);
 void addLightFieldBenchmark(CLI::App& lightField, CommandWork& work);
 void addLightFieldFly(CLI::App& lightField, CommandWork& work);

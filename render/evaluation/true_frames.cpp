@@ -27,6 +27,12 @@ std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   return frames;
 }
 
+capture::Capture withKnownObject(const capture::Capture& capture) {
+  const auto hasMask = [](const capture::Frame& frame) { return !frame.mask.empty(); };
+  if (!capture.geometry.empty() || std::ranges::none_of(capture.frames, hasMask)) return capture;
+  return capture::subset(capture, hasMask);
+}
+
 class TrueFrames::TruthReader {
 public:
   TruthReader(const capture::Capture& capture, const capture::Capture& rig, const warp::Warp& warp)
@@ -87,7 +93,7 @@ private:
 TrueFrames::TrueFrames(const capture::Capture& asRead, const capture::Capture& rig, const warp::Warp& warp,
                        capture::Split split, const Progress& progress)
     : warp_(warp) {
-  const capture::Capture everything = capture::countedFrom(asRead, rig.origin);
+  const capture::Capture everything = withKnownObject(capture::countedFrom(asRead, rig.origin));
   capture_ = ofSplit(everything, split);
   if (capture_.frames.empty())
     throw Error::mismatch(split == capture::Split::test ? "test frames" : "training frames", "none")

@@ -19,11 +19,16 @@ capture::Capture ofSplit(const capture::Capture& capture, capture::Split split);
 // Indices of the frames of each view.
 std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture);
 
+// Frames that tell what of them is the object: all, unless the capture has no geometry, and masks for some
+// frames alone. Then those with a mask.
+capture::Capture withKnownObject(const capture::Capture& capture);
+
 class TrueFrames {
 public:
-  // Frames of a capture's split, which show the object after `warp`; it acts in the coordinates of the rig,
-  // whose origin may differ from the capture's. Reads all test frames to find the exposure. Rig and warp must
-  // outlive the object. Throws Error if the split is empty or a picture cannot be read, and Cancelled.
+  // Frames of a capture's split with a known object, which show the object after `warp`; it acts in the
+  // coordinates of the rig, whose origin may differ from the capture's. Reads all test frames to find the
+  // exposure. Rig and warp must outlive the object. Throws Error if the split is empty or a picture cannot be
+  // read, and Cancelled.
   TrueFrames(const capture::Capture& asRead, const capture::Capture& rig, const warp::Warp& warp,
              capture::Split split, const Progress& progress);
   ~TrueFrames();

@@ -3,6 +3,7 @@
 #include "render/scene/shallow_toml.h"
 #include "surfel/base/nearest_name.h"
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -151,6 +152,18 @@ double asNumber(const Entry& entry) {
   if (!nodeOf(entry).is_number() || !number || !std::isfinite(*number))
     throw mismatch(entry, "a finite number");
   return *number;
+}
+
+double numberIn(const Entry& entry, double least, double most) {
+  const double number = asNumber(entry);
+  if (!(number >= least && number <= most)) throw mismatch(entry, fmt::format("{} to {}", least, most));
+  return number;
+}
+
+Vec3<double> asVector(const Entry& entry) {
+  const std::vector<Entry> parts = asArray(entry, "an array of 3 numbers");
+  if (parts.size() != 3) throw mismatch(entry, "an array of 3 numbers");
+  return {numberIn(parts[0], -1e9, 1e9), numberIn(parts[1], -1e9, 1e9), numberIn(parts[2], -1e9, 1e9)};
 }
 
 int asInteger(const Entry& entry, int least, int most) {

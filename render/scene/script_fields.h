@@ -62,6 +62,8 @@ Error mismatch(const Entry& entry, std::string_view expected);
 std::string asText(const Entry& entry); // not empty
 std::filesystem::path asPath(const Entry& entry);
 double asNumber(const Entry& entry); // finite
+double numberIn(const Entry& entry, double least, double most);
+Vec3<double> asVector(const Entry& entry); // [x, y, z], within 1e9
 int asInteger(const Entry& entry, int least, int most);
 bool asBoolean(const Entry& entry);
 std::vector<Entry> asArray(const Entry& entry, std::string_view expected);

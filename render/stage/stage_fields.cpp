@@ -1,15 +1,6 @@
 #include "render/stage/stage_fields.h"
 
-#include <fmt/format.h>
-
 namespace surflect::stage {
-
-double numberIn(const scene::Entry& entry, double least, double most) {
-  const double number = scene::asNumber(entry);
-  if (!(number >= least && number <= most))
-    throw scene::mismatch(entry, fmt::format("{} to {}", least, most));
-  return number;
-}
 
 double positive(const scene::Entry& entry) {
   const double number = scene::asNumber(entry);
@@ -20,12 +11,6 @@ double positive(const scene::Entry& entry) {
 int integerOr(const scene::Section& section, std::string_view key, int least, int most, int otherwise) {
   const auto entry = section.find(key);
   return entry ? scene::asInteger(*entry, least, most) : otherwise;
-}
-
-Vec3<double> asVector(const scene::Entry& entry) {
-  const auto parts = scene::asArray(entry, "an array of 3 numbers");
-  if (parts.size() != 3) throw scene::mismatch(entry, "an array of 3 numbers");
-  return {numberIn(parts[0], -1e9, 1e9), numberIn(parts[1], -1e9, 1e9), numberIn(parts[2], -1e9, 1e9)};
 }
 
 Point3<AcquisitionSpace, double> pointOr0(const scene::Section& section, std::string_view key) {

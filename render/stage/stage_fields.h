@@ -9,10 +9,9 @@
 
 namespace surflect::stage {
 
-double numberIn(const scene::Entry& entry, double least, double most);
+using scene::numberIn, scene::asVector;
 double positive(const scene::Entry& entry); // 1e-9 to 1e9
 int integerOr(const scene::Section& section, std::string_view key, int least, int most, int otherwise);
-Vec3<double> asVector(const scene::Entry& entry); // [x, y, z], within 1e9
 Point3<AcquisitionSpace, double> pointOr0(const scene::Section& section, std::string_view key);
 Rgb asColor(const scene::Entry& entry, double least, double most); // [r, g, b]
 

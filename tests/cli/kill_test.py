@@ -10,7 +10,7 @@ import unittest
 
 from support import SCRIPT, SMALL_STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
-MOMENTS = 12
+MOMENTS = 8
 
 
 def kill_after(seconds, *arguments):
@@ -34,7 +34,7 @@ class Kill(TestInFolder):
         return ["pack", cls.folder / capture, "-o", cls.folder / name, "--surfels", "3000"]
 
     def killed_at_any_moment(self, arguments_for, whole, was_there=None):
-        """Kills a dozen runs at moments spread over the time of a whole one; completes and compares each.
+        """Kills runs at moments spread over the time of a whole one; completes and compares each.
 
         was_there: what every other run finds in its folder.
         """

@@ -183,6 +183,36 @@ class LightField(TestInFolder):
         for options in (["--levels", "7"], ["--size", "100"]):
             self.assertEqual(run("lightfield", "build", "spherical", self.views, "-o", self.folder / "none", *options).returncode, 2)
 
+    def test_a_scene_shows_each_object_at_its_place(self):
+        """Photographs moved as an object is show it as the model's own show the model."""
+        objects, scene = self.folder / "objects.toml", self.folder / "scene.lfm"
+        objects.write_text('[[object]]\nmodel = "ball.lfm"\n'
+                           '[[object]]\nmodel = "ball.lfm"\nposition = [0, 900, 0]\nrotate_deg = 90\nscale = 2\n')
+        joined, built = succeed("lightfield", "scene", objects, "-o", scene), self.reports["lfm"]
+        self.assertEqual((joined["objects"], joined["models"], joined["triangles"]), (2, 1, 2 * built["triangles"]))
+        # Maps are shared; each object has scales and indices of its own.
+        self.assertLess(joined["map_bytes"], 1.2 * built["map_bytes"]["all"])
+        transforms = json.loads((self.views / "transforms.json").read_text())
+        del transforms["lights"]  # as views under fixed light have none
+        unmoved, moved = self.folder / "unmoved", self.folder / "moved"
+        for views in (unmoved, moved):
+            shutil.copytree(self.views, views)
+            for frame in transforms["frames"]:
+                frame.pop("light", None)
+                x, y, z, last = frame["transform_matrix"]  # turned by 90 degrees about z: (x, y) becomes (-y, x)
+                if views == moved:
+                    frame["transform_matrix"] = [[*(-n for n in y[:3]), -2 * y[3]], [*x[:3], 2 * x[3] + 900],
+                                                 [*z[:3], 2 * z[3]], last]
+            (views / "transforms.json").write_text(json.dumps(transforms))
+        expected = succeed("evaluate", self.models[2], self.views)["psnr_linear_db"]
+        for views in (unmoved, moved):
+            self.assertAlmostEqual(succeed("evaluate", scene, views)["psnr_linear_db"], expected, delta=0.02)
+        for text, said in (('model = "ball.lum"', "format"), ('scale = -1\nmodel = "ball.lfm"', "object[0].scale")):
+            objects.write_text(f"[[object]]\n{text}\n")
+            self.assert_refused(said, "lightfield", "scene", objects, "-o", self.folder / "none")
+        objects.write_text('[[object]]\nmodel = "scene.lfm"\n')
+        self.assert_refused("folder of its own", "lightfield", "scene", objects, "-o", scene)
+
     def test_a_stage_is_traced_without_photographs(self):
         stage, traced = self.folder / "stage.toml", self.folder / "traced.sph"
         built = succeed("lightfield", "build", "spherical", stage, "-o", traced, "--levels", "2", "--size", "32")

@@ -4,6 +4,7 @@
 #include "render/lightfield/olf/opacity_file.h"
 #include "render/lightfield/olf/opacity_hull.h"
 #include "render/lightfield/olf/packing.h"
+#include "render/lightfield/olf/triangle_blends.h"
 #include "surfel/base/stopwatch.h"
 
 #include <span>
@@ -34,6 +35,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   field.visible =
       visibleViews(views, training, rings,
                    options.visible.value_or(report.isHull ? Visible::all : Visible::ring), progress);
+  if (field.method == Method::vdtm) requireTriangulable(field.visible);
   lap("visibility");
   PackingReport packing;
   field.packed = packViews(views, training, options.budget, packing, progress);

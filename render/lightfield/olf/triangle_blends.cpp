@@ -1,10 +1,15 @@
 #include "render/lightfield/olf/triangle_blends.h"
 
+#include "surfel/base/error.h"
+
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace surflect::olf {
@@ -22,22 +27,46 @@ TriangleBlend combined(const std::array<ClosestViews, 3>& corners) {
   return blend;
 }
 
+void requireTriangulable(const VisibleViews& visible, size_t mostBytes) {
+  const size_t vertices = visible.first.size() - 1;
+  size_t most = 0;
+  for (size_t vertex = 0; vertex < vertices; ++vertex)
+    most = std::max<size_t>(most, visible.first[vertex + 1] - visible.first[vertex]);
+  if (most > ViewTriangulation::kMostViews)
+    throw Error::mismatch(fmt::format("{} at most", ViewTriangulation::kMostViews), std::to_string(most))
+        .at("views of a vertex");
+  const size_t bytes = visible.views.size() * ViewTriangulation::kBytesOfView;
+  if (bytes > mostBytes)
+    throw Error(
+        fmt::format("triangulations of the views of {} vertices take {} MiB, expected {} at most: take "
+                    "fewer triangles",
+                    vertices, bytes >> 20, mostBytes >> 20))
+        .at("mesh");
+}
+
 ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress)
-    : field_(field), rings_(field.mesh, progress), directions_(field.visible.views.size()) {
+    : field_(field), rings_(field.mesh, progress) {
   for (const auto& camera : field.cameras) centers_.push_back(camera.center().raw());
-  const size_t vertices = field.mesh.positions.size();
   const bool isTriangulated = field.method == Method::vdtm;
+  if (isTriangulated) requireTriangulable(field.visible);
+  const size_t vertices = field.mesh.positions.size();
   std::vector<std::optional<ViewTriangulation>> triangulations(isTriangulated ? vertices : 0);
+  if (!isTriangulated) directions_.resize(field.visible.views.size());
   progress("view directions", 0);
   tbb::parallel_for(size_t{0}, vertices, [&](size_t vertex) {
-    const size_t first = field.visible.first[vertex], end = field.visible.first[vertex + 1];
+    const size_t first = field.visible.first[vertex];
+    const std::span<const uint32_t> views = field.visible.of(static_cast<uint32_t>(vertex));
     const Vec3<double> p = field.mesh.positions[vertex].cast<double>().raw();
-    for (size_t i = first; i < end; ++i) directions_[i] = (centers_[field.visible.views[i]] - p).normalized();
+    thread_local std::vector<Vec3<double>> directions;
+    directions.clear();
+    for (const uint32_t view : views) directions.push_back((centers_[view] - p).normalized());
     if (isTriangulated)
-      triangulations[vertex].emplace(std::span(directions_).subspan(first, end - first),
-                                     rings_.frame(static_cast<uint32_t>(vertex)), field.domain);
+      triangulations[vertex].emplace(directions, rings_.frame(static_cast<uint32_t>(vertex)), field.domain);
+    else
+      std::ranges::copy(directions, directions_.begin() + static_cast<std::ptrdiff_t>(first));
   });
   progress.checkpoint();
+  triangulations_.reserve(triangulations.size());
   for (auto& triangulation : triangulations) triangulations_.push_back(std::move(*triangulation));
 }
 

@@ -27,10 +27,14 @@ struct TriangleBlend {
 
 TriangleBlend combined(const std::array<ClosestViews, 3>& corners);
 
+// Throws Error unless triangulations of all vertices' views fit into so many bytes.
+void requireTriangulable(const VisibleViews& visible, size_t mostBytes = size_t{4} << 30);
+
 // Asks the views of a field; the field must outlive it.
 class ViewBlender {
 public:
-  // Triangulates the views of each vertex for VDTM. Throws Error as lfm::Rings does, and Cancelled.
+  // Triangulates the views of each vertex for VDTM. Throws Error as lfm::Rings and requireTriangulable() do,
+  // and Cancelled.
   explicit ViewBlender(const OpacityField& field, const Progress& progress = {});
 
   // Closest views of a vertex that has triangles, as seen from a point.
@@ -45,7 +49,7 @@ private:
   const OpacityField& field_;
   lfm::Rings rings_;
   std::vector<Vec3<double>> centers_;             // of the cameras
-  std::vector<Vec3<double>> directions_;          // to the visible views of each vertex (VisibleViews)
+  std::vector<Vec3<double>> directions_;          // to the visible views of each vertex, for ULR
   std::vector<ViewTriangulation> triangulations_; // of each vertex, for VDTM
 };
 

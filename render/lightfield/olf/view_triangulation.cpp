@@ -4,6 +4,7 @@
 #include "render/lightfield/lfm/view_blend.h"
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <map>
 #include <optional>
@@ -41,9 +42,13 @@ lfm::DiscPoint ViewTriangulation::flattened(const Vec3<double>& placed) const {
 ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, const lfm::VertexFrame& frame,
                                      Domain domain)
     : domain_(domain), frame_(frame) {
-  for (uint32_t i = 0; i < directions.size(); ++i)
-    if (domain == Domain::sphere || directions[i].dot(frame.z) >= 0) views_.push_back(i);
-  for (const uint32_t view : views_) sites_.push_back(placed(directions[view]));
+  assert(directions.size() <= kMostViews);
+  const auto isUsed = [&](size_t i) { return domain == Domain::sphere || directions[i].dot(frame.z) >= 0; };
+  for (size_t i = 0; i < directions.size(); ++i)
+    if (isUsed(i)) views_.push_back(static_cast<Index>(i));
+  views_.shrink_to_fit();
+  sites_.reserve(views_.size());
+  for (const Index view : views_) sites_.push_back(placed(directions[view]));
   if (domain == Domain::sphere) {
     for (const Vec3<double>& site : sites_) center_ += site;
     center_ = center_.norm() > 1e-6 ? Vec3<double>(center_.normalized()) : frame.z;
@@ -52,22 +57,26 @@ ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, c
   if (sites_.size() < 3) return;
   std::vector<lfm::DiscPoint> points;
   for (const Vec3<double>& site : sites_) points.push_back(flattened(site));
-  lfm::SiteMesh mesh = lfm::siteMesh(points);
-  triangles_ = std::move(mesh.triangles);
+  const lfm::SiteMesh mesh = lfm::siteMesh(points);
+  const auto index = [](auto site) { return static_cast<Index>(site); };
+  triangles_.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles) triangles_.push_back({index(a), index(b), index(c)});
   if (triangles_.empty()) {
-    borders_ = std::move(mesh.borders);
+    for (const auto& [from, to] : mesh.borders) borders_.push_back({index(from), index(to)});
     return;
   }
-  std::map<std::pair<uint32_t, uint32_t>, size_t> triangleOf; // by its edges
+  std::map<std::pair<Index, Index>, Index> triangleOf; // by its edges
   for (size_t t = 0; t < triangles_.size(); ++t)
-    for (size_t i = 0; i < 3; ++i) triangleOf[{triangles_[t][(i + 1) % 3], triangles_[t][(i + 2) % 3]}] = t;
+    for (size_t i = 0; i < 3; ++i)
+      triangleOf[{triangles_[t][(i + 1) % 3], triangles_[t][(i + 2) % 3]}] = index(t);
+  neighbors_.reserve(triangles_.size());
   for (const Corners& corners : triangles_) {
-    std::array<int32_t, 3>& neighbors = neighbors_.emplace_back();
+    Corners& neighbors = neighbors_.emplace_back();
     for (size_t i = 0; i < 3; ++i) {
-      const uint32_t from = corners[(i + 1) % 3], to = corners[(i + 2) % 3];
+      const Index from = corners[(i + 1) % 3], to = corners[(i + 2) % 3];
       const auto across = triangleOf.find({to, from});
-      neighbors[i] = across == triangleOf.end() ? -1 : static_cast<int32_t>(across->second);
-      if (neighbors[i] < 0) borders_.push_back({from, to});
+      neighbors[i] = across == triangleOf.end() ? kNone : across->second;
+      if (neighbors[i] == kNone) borders_.push_back({from, to});
     }
   }
   if (domain == Domain::plane) { // centroid of the area
@@ -159,9 +168,9 @@ ClosestViews ViewTriangulation::at(const Vec3<double>& direction) const {
     Eigen::Index worst = 0;
     const double least = weights.minCoeff(&worst);
     if (least >= kInside * weights.cwiseAbs().sum()) return inTriangle(triangles_[triangle], weights);
-    const int32_t next = neighbors_[triangle][static_cast<size_t>(worst)];
-    if (next < 0) break;
-    triangle = static_cast<size_t>(next);
+    const Index next = neighbors_[triangle][static_cast<size_t>(worst)];
+    if (next == kNone) break;
+    triangle = next;
   }
   // A border that is not convex can end a walk too early.
   for (const Corners& corners : triangles_) {
@@ -172,7 +181,7 @@ ClosestViews ViewTriangulation::at(const Vec3<double>& direction) const {
 }
 
 size_t ViewTriangulation::bytes() const {
-  return views_.size() * sizeof(uint32_t) + sites_.size() * sizeof(Vec3<double>) +
+  return views_.size() * sizeof(Index) + sites_.size() * sizeof(Vec3<double>) +
          triangles_.size() * (sizeof(Corners) + sizeof(neighbors_[0])) +
          borders_.size() * sizeof(borders_[0]);
 }

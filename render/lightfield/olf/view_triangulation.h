@@ -27,7 +27,12 @@ enum class Domain { sphere, plane };
 
 class ViewTriangulation {
 public:
-  // Unit directions. Those below the tangent plane (z < 0) are not used in the plane, as in the paper.
+  static constexpr size_t kMostViews = 32'767; // the triangles of more would need larger indices
+  // Bytes of a triangulation for each of its views, nearly.
+  static constexpr size_t kBytesOfView = sizeof(Vec3<double>) + 13 * sizeof(uint16_t);
+
+  // Unit directions, kMostViews at most. Those below the tangent plane (z < 0) are not used in the plane, as
+  // in the paper.
   ViewTriangulation(std::span<const Vec3<double>> directions, const lfm::VertexFrame& frame, Domain domain);
 
   // Closest views of a unit direction, as indices of the constructor's directions; none if it had none. Fewer
@@ -39,7 +44,9 @@ public:
   size_t bytes() const;
 
 private:
-  using Corners = std::array<uint32_t, 3>;
+  using Index = uint16_t; // many vertices have many views
+  using Corners = std::array<Index, 3>;
+  static constexpr Index kNone = UINT16_MAX;
 
   Vec3<double> placed(const Vec3<double>& direction) const;
   lfm::DiscPoint flattened(const Vec3<double>& placed) const;
@@ -52,12 +59,12 @@ private:
   Domain domain_;
   lfm::VertexFrame frame_;
   Vec3<double> center_ = Vec3<double>::Zero(); // x
-  std::vector<uint32_t> views_;                // of each site
+  std::vector<Index> views_;                   // of each site
   std::vector<Vec3<double>> sites_;
-  std::vector<Corners> triangles_;                // counter-clockwise
-  std::vector<std::array<int32_t, 3>> neighbors_; // across the edge opposite to each corner; -1: border
-  std::vector<std::array<uint32_t, 2>> borders_;  // triangles on the left; or segments of a line
-  size_t start_ = 0;                              // triangle near x
+  std::vector<Corners> triangles_;            // counter-clockwise
+  std::vector<Corners> neighbors_;            // across the edge opposite to each corner; kNone: border
+  std::vector<std::array<Index, 2>> borders_; // triangles on the left; or segments of a line
+  size_t start_ = 0;                          // triangle near x
 };
 
 } // namespace surflect::olf

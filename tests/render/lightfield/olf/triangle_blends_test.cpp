@@ -2,6 +2,7 @@
 
 #include "tests/render/lightfield/olf/continuity.h"
 #include "tests/render/lightfield/olf/painted_field.h"
+#include "tests/srf/image/files.h"
 #include "tests/support/random.h"
 
 #include <map>
@@ -88,6 +89,17 @@ TEST_P(Blends, AreContinuousAlongPaths) {
   }
   RecordProperty("halved", halved);
   EXPECT_GE(halved, 900);
+}
+
+TEST(ViewBlender, TooManyViewsOfAMeshAreAnError) {
+  VisibleViews visible{{0, 40'000, 80'000}, std::vector<uint32_t>(80'000)};
+  EXPECT_EQ(image::errorOf([&] { requireTriangulable(visible); }),
+            "views of a vertex: found 40000, expected 32767 at most");
+  visible.first = {0, 30'000, 60'000, 80'000};
+  EXPECT_EQ(
+      image::errorOf([&] { requireTriangulable(visible, 2 << 20); }),
+      "mesh: triangulations of the views of 3 vertices take 3 MiB, expected 2 at most: take fewer triangles");
+  requireTriangulable(visible, 4 << 20);
 }
 
 } // namespace
