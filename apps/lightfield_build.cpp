@@ -17,9 +17,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <utility>
 
 namespace surflect {
@@ -257,6 +259,25 @@ std::string mebibytes(uint64_t bytes) {
   return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
 }
 
+uint64_t pictureBytes(const lightfield::Views& views) {
+  uint64_t bytes = 0;
+  for (const size_t view : views.ofSplit(capture::Split::train)) {
+    std::error_code failure;
+    const uint64_t size = std::filesystem::file_size(views.picture(view), failure);
+    if (!failure) bytes += size;
+  }
+  return bytes;
+}
+
+double ratioOf(uint64_t whole, size_t part) {
+  return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 0;
+}
+
+Json mapBytesJson(const lfm::MapBytes& bytes) {
+  return {{"surface", bytes.surface}, {"view", bytes.view},     {"mean", bytes.mean},
+          {"indices", bytes.indices}, {"scales", bytes.scales}, {"all", bytes.total()}};
+}
+
 void addLightFieldBuild(CLI::App& lightField, CommandWork& work) {
   CLI::App* command = lightField.add_subcommand("build", "make a light field from views under fixed light");
   command->require_subcommand(1);
@@ -265,6 +286,7 @@ void addLightFieldBuild(CLI::App& lightField, CommandWork& work) {
   addLightFieldMaps(*command, work);
   addSphericalLightField(*command, work);
   addOpacityLightFields(*command, work);
+  addOpacityLightFieldMaps(*command, work);
 }
 
 } // namespace surflect

@@ -4,6 +4,7 @@
 #include "apps/capture_argument.h"
 #include "apps/command.h"
 #include "render/lightfield/common/views.h"
+#include "render/lightfield/lfm/maps.h"
 #include "surfel/base/progress.h"
 
 #include <cstdint>
@@ -27,10 +28,19 @@ void sayNotes(const lightfield::Views& views);
 
 std::string mebibytes(uint64_t bytes);
 
+// Bytes of the training views' pictures.
+uint64_t pictureBytes(const lightfield::Views& views);
+// `whole` / `part`; 0 if `part` is.
+double ratioOf(uint64_t whole, size_t part);
+// Bytes of light field maps, for --json.
+Json mapBytesJson(const lfm::MapBytes& bytes);
+
 // `lightfield build lfm`.
 void addLightFieldMaps(CLI::App& build, CommandWork& work);
 // `lightfield build vdtm` and `lightfield build ulr`.
 void addOpacityLightFields(CLI::App& build, CommandWork& work);
+// `lightfield build olfm`.
+void addOpacityLightFieldMaps(CLI::App& build, CommandWork& work);
 // `lightfield build spherical`.
 void addSphericalLightField(CLI::App& build, CommandWork& work);
 

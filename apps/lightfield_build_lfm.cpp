@@ -18,7 +18,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -37,21 +36,6 @@ struct LfmArguments {
 };
 
 constexpr size_t kTermsWithTolerance = 16;
-
-// Bytes of the training views' pictures.
-uint64_t pictureBytes(const lightfield::Views& views) {
-  uint64_t bytes = 0;
-  for (const size_t view : views.ofSplit(capture::Split::train)) {
-    std::error_code failure;
-    const uint64_t size = std::filesystem::file_size(views.picture(view), failure);
-    if (!failure) bytes += size;
-  }
-  return bytes;
-}
-
-double ratio(uint64_t whole, size_t part) {
-  return part > 0 ? static_cast<double>(whole) / static_cast<double>(part) : 0;
-}
 
 Json runLfm(const LfmArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
@@ -88,7 +72,7 @@ Json runLfm(const LfmArguments& arguments, const Progress& progress) {
   say(fmt::format(
       "{}: maps of {}, {:.0f} times smaller than the resampled light field; the photographs' files "
       "take {}; {:.1f} s",
-      arguments.common.output, mebibytes(maps.total()), ratio(report.resampledBytes, maps.total()),
+      arguments.common.output, mebibytes(maps.total()), ratioOf(report.resampledBytes, maps.total()),
       mebibytes(photographBytes), watch.seconds()));
   return {{"format", "lfm"},
           {"photographs", report.photographs},
@@ -103,14 +87,8 @@ Json runLfm(const LfmArguments& arguments, const Progress& progress) {
           {"photograph_bytes", photographBytes},
           {"normalized_bytes", report.normalizedBytes},
           {"resampled_bytes", report.resampledBytes},
-          {"map_bytes",
-           {{"surface", maps.surface},
-            {"view", maps.view},
-            {"mean", maps.mean},
-            {"indices", maps.indices},
-            {"scales", maps.scales},
-            {"all", maps.total()}}},
-          {"compression", ratio(report.resampledBytes, maps.total())},
+          {"map_bytes", mapBytesJson(maps)},
+          {"compression", ratioOf(report.resampledBytes, maps.total())},
           {"bytes", bytesIn(output)},
           {"seconds", report.seconds},
           {"memory_peak_bytes", memoryUse().peakBytes}};

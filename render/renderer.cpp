@@ -6,6 +6,8 @@
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 #include "render/lightfield/lumigraph/lumigraph_renderer.h"
 #include "render/lightfield/olf/opacity_file.h"
+#include "render/lightfield/olf/opacity_map_file.h"
+#include "render/lightfield/olf/opacity_map_renderer.h"
 #include "render/lightfield/olf/opacity_renderer.h"
 #include "render/lightfield/slf/field_file.h"
 #include "render/lightfield/slf/slf_renderer.h"
@@ -44,9 +46,12 @@ std::unique_ptr<Renderer> openRenderer(const std::filesystem::path& model, const
   if (format == olf::kFormat)
     return std::make_unique<olf::OpacityRenderer>(
         model, olf::OpacityOptions{.samples = lightfield::kSamples, .order = {}}, progress);
-  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\", \"{}\", \"{}\" or \"{}\"", model::kSurfelFormat,
-                                    slf::kFormatTag, lumigraph::kFormat, lfm::kFormatTag, spherical::kFormat,
-                                    olf::kFormat),
+  if (format == olf::kMapFormat)
+    return std::make_unique<olf::OpacityMapRenderer>(
+        model, olf::OpacityMapOptions{.samples = lightfield::kSamples, .order = {}}, progress);
+  throw Error::mismatch(fmt::format("\"{}\", \"{}\", \"{}\", \"{}\", \"{}\", \"{}\" or \"{}\"",
+                                    model::kSurfelFormat, slf::kFormatTag, lumigraph::kFormat,
+                                    lfm::kFormatTag, spherical::kFormat, olf::kFormat, olf::kMapFormat),
                         '"' + format + '"')
       .at("format")
       .in(model / model::kManifestFile);

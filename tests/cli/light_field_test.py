@@ -68,8 +68,10 @@ class LightField(TestInFolder):
                                  "--size", "64"),
             "vdtm": succeed("lightfield", "build", "vdtm", cls.views, "-o", cls.folder / "ball.vdtm", "--triangles", "1000"),
             "ulr": succeed("lightfield", "build", "ulr", cls.views, "-o", cls.folder / "ball.ulr", "--hull", "--order", "bsp",
-                           "--bsp-trees", "2", "--triangles", "3000", "--budget", "1")}
-        cls.models = [cls.folder / f"ball.{name}" for name in ("slf", "lum", "lfm", "sph", "vdtm", "ulr")]
+                           "--bsp-trees", "2", "--triangles", "3000", "--budget", "1"),
+            "olfm": succeed("lightfield", "build", "olfm", cls.views, "-o", cls.folder / "ball.olfm", "--triangles", "1000",
+                            "--order", "peel", "--view-size", "12")}
+        cls.models = [cls.folder / f"ball.{name}" for name in ("slf", "lum", "lfm", "sph", "vdtm", "ulr", "olfm")]
 
     def script(self, model, more=""):
         script = self.folder / f"{model.name}.toml"
@@ -118,18 +120,40 @@ class LightField(TestInFolder):
         self.assertEqual(vdtm["scale"], 1)
         self.assertLessEqual(ulr["packed_bytes"], 2**20)
 
+    def test_the_report_of_opacity_light_field_maps_adds_up(self):
+        olfm = self.reports["olfm"]
+        samples, cells = olfm["samples"] * (olfm["samples"] + 1) // 2, 12 * 12
+        self.assertLessEqual(olfm["triangles"], 1000)
+        self.assertFalse(olfm["hull"])
+        self.assertEqual(olfm["views"], 32)
+        self.assertEqual(olfm["resampled_bytes"], 4 * olfm["triangles"] * samples * cells)
+        self.assertEqual(olfm["map_bytes"]["mean"], 4 * olfm["triangles"] * samples)
+        self.assertEqual(olfm["map_bytes"]["view"], 4 * cells * round(olfm["mean_terms"] * olfm["vertices"]))
+        self.assertEqual(len(olfm["rms"]), 4)
+        self.assertEqual(olfm["rms"], sorted(olfm["rms"], reverse=True))
+        small = succeed("lightfield", "build", "olfm", self.views, "-o", self.folder / "small.olfm", "--hull", "--triangles",
+                        "200", "--samples", "8", "--terms", "2", "--vq", "4", "--s3tc")
+        self.assertTrue(small["hull"])
+        self.assertGreater(small["compression"], 4 * olfm["compression"])
+        for options in (["--terms", "65"], ["--order", "bsp"], ["--samples", "1"]):
+            self.assertEqual(run("lightfield", "build", "olfm", self.views, "-o", self.folder / "none", *options).returncode, 2)
+
     def test_an_opacity_light_field_takes_plain_lenses_alone(self):
         views = self.folder / "distorted"
         shutil.copytree(self.views, views)
         transforms = json.loads((views / "transforms.json").read_text())
         transforms["k1"] = 0.1
         (views / "transforms.json").write_text(json.dumps(transforms))
-        self.assert_refused("k1", "lightfield", "build", "vdtm", views, "-o", self.folder / "none.vdtm")
+        for method in ("vdtm", "olfm"):
+            self.assert_refused("k1", "lightfield", "build", method, views, "-o", self.folder / f"none.{method}")
 
     def test_a_chart_sweeps_the_knobs_of_a_light_field(self):
         report = succeed("chart", self.folder / "ball.lfm", self.views, "--knob", "terms=3,0", "--knob", "samples=2,1",
                          "-o", self.folder / "chart", "--frames", "2", "--timed-frames", "1", "--rounds", "1")
         self.assertEqual(len(report["points"]), 4)
+        report = succeed("chart", self.folder / "ball.olfm", self.views, "--knob", "layers=64,1", "--only", "-o",
+                         self.folder / "layers", "--frames", "2", "--timed-frames", "1", "--rounds", "1")
+        self.assertEqual(len(report["points"]), 2)
         self.assert_refused("samples", "chart", self.folder / "ball.lfm", self.views, "--knob", "samples=9", "-o",
                             self.folder / "none")
 

@@ -1,6 +1,9 @@
 // write_seeds FOLDER: valid files for the targets of tests/fuzz whose formats are not text, in
 // FOLDER/TARGET/.
 
+#include "render/lightfield/lfm/lfm_file.h"
+#include "render/lightfield/lfm/tile.h"
+#include "render/lightfield/spherical/tile_file.h"
 #include "srf/codec/block_encoder.h"
 #include "srf/codec/view_encoder.h"
 #include "srf/image/exr.h"
@@ -10,6 +13,7 @@
 #include "srf/model/visibility_file.h"
 #include "surfel/base/file.h"
 #include "surfel/geometry/ply.h"
+#include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/support/color_files.h"
 #include "tests/warp/gltf_files.h"
 
@@ -133,6 +137,47 @@ void writeGltfs(const fs::path& folder) {
   writeFileAtomically(folder / "matrix.glb", tube.glb());
 }
 
+// The mesh and the first character are those of light_field_maps_fuzz.cpp.
+void writeLightFieldMaps(const fs::path& folder) {
+  for (const size_t channels : {3, 4})
+    for (const bool isCompressed : {false, true}) {
+      lfm::LightFieldMaps maps = lfm::testing::syntheticMaps(
+          lfm::testing::squarePatch(1), {.samples = 3, .viewSize = 4, .terms = 2, .channels = channels});
+      maps.terms[1].view.mapOf[2] = lfm::kNoMap; // of a codebook
+      if (isCompressed) maps = lfm::encoded(std::move(maps));
+      const std::string kind = std::to_string(channels);
+      writeFileAtomically(folder / (kind + (isCompressed ? "blocks" : "bytes")),
+                          kind + textOf(lfm::mapsBytes(maps)));
+    }
+}
+
+// Two views as opacity_views_fuzz.cpp has them, both visible from four vertices.
+void writeOpacityViews(const fs::path& folder) {
+  std::string views, texels(2 * 16 * 8, '\x38');
+  const auto append = [&](const auto& value) { views += textOf(std::as_bytes(std::span(&value, 1))); };
+  for (int view = 0; view < 2; ++view) {
+    for (const double number : {0.0, 0.0, 1.0, 1.0}) append(number);
+    for (const uint64_t size : {4, 3}) append(size);
+  }
+  for (uint32_t vertex = 0; vertex <= 4; ++vertex) append(2 * vertex);
+  for (uint32_t vertex = 0; vertex < 4; ++vertex)
+    for (const uint32_t view : {0u, 1u}) append(view);
+  writeFileAtomically(folder / "two", std::to_string(views.size()) + "0" + views + texels);
+}
+
+// Two images of 8 x 8 texels, as spherical_fuzz.cpp has them.
+void writeSpherical(const fs::path& folder) {
+  spherical::TileWriter writer(folder / "two", 8);
+  for (int image = 0; image < 2; ++image) {
+    spherical::Tile tile{std::vector<spherical::Texel>(64), std::vector<spherical::Height>(64)};
+    for (spherical::Texel& texel : tile.colors)
+      for (uint16_t& half : texel) half = static_cast<uint16_t>(randomBits() % 0x3c00);
+    for (spherical::Height& height : tile.heights) height = static_cast<spherical::Height>(randomBits());
+    writer.append(spherical::encoded(tile, 8));
+  }
+  writer.commit();
+}
+
 // The name decides which of OpenImageIO's formats a file has.
 std::string fileOf(const fs::path& path, const image::Image& image, OIIO::TypeDesc type) {
   const auto output = OIIO::ImageOutput::create(path.string());
@@ -190,7 +235,10 @@ int main(int argc, char** argv) {
       {"ply", writeMeshes},
       {"foreign", writeForeign},
       {"gltf", writeGltfs},
-      {"environment", writeEnvironments}};
+      {"environment", writeEnvironments},
+      {"light_field_maps", writeLightFieldMaps},
+      {"opacity_views", writeOpacityViews},
+      {"spherical", writeSpherical}};
   try {
     for (const auto& [target, write] : writers) {
       const fs::path folder = fs::path(argv[1]) / target;

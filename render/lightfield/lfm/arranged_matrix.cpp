@@ -15,8 +15,9 @@ size_t roundedUp(size_t count) { return (count + 7) / 8 * 8; }
 
 void requireFitting(const LightFieldMatrix& matrix) {
   const size_t entries = matrix.samples * matrix.cells;
-  if (matrix.radiance.size() != 3 * entries)
-    throw Error::mismatch(std::to_string(3 * entries) + " numbers", std::to_string(matrix.radiance.size()))
+  if (matrix.radiance.size() != matrix.channels * entries)
+    throw Error::mismatch(std::to_string(matrix.channels * entries) + " numbers",
+                          std::to_string(matrix.radiance.size()))
         .at("radiance");
   if (!matrix.weights.empty() && matrix.weights.size() != entries)
     throw Error::mismatch(std::to_string(entries) + " numbers", std::to_string(matrix.weights.size()))
@@ -29,8 +30,8 @@ void requireFitting(const LightFieldMatrix& matrix) {
 
 // Weight of an entry in the fit.
 float weightOf(const LightFieldMatrix& matrix, size_t entry, float leastWeight) {
-  const float* const rgb = matrix.radiance.data() + 3 * entry;
-  if (!std::isfinite(rgb[0]) || !std::isfinite(rgb[1]) || !std::isfinite(rgb[2])) return 0;
+  const auto values = matrix.radiance.subspan(matrix.channels * entry, matrix.channels);
+  if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return 0;
   return matrix.weights.empty() ? 1 : std::max(matrix.weights[entry], leastWeight);
 }
 
@@ -67,6 +68,7 @@ Observed observedOf(const LightFieldMatrix& matrix, float leastWeight) {
 
 ArrangedMatrix ArrangedMatrix::copy() const {
   ArrangedMatrix result;
+  result.planes = planes;
   result.stride = stride;
   result.cells = cells;
   result.values = copied(values);
@@ -76,9 +78,10 @@ ArrangedMatrix ArrangedMatrix::copy() const {
 
 ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed) {
   ArrangedMatrix result;
+  result.planes = matrix.channels;
   result.cells = observed.cells.size();
   result.stride = roundedUp(result.cells);
-  result.values = PaddedRows<float>(observed.samples.size(), kPlanes * result.stride);
+  result.values = PaddedRows<float>(observed.samples.size(), result.planes * result.stride);
   result.weights.emplace(result.rows(), result.cells);
   bool isUniform = true;
   for (size_t row = 0; row < result.rows(); ++row) {
@@ -89,8 +92,9 @@ ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed
       result.weights->row(row)[n] = weight;
       isUniform &= weight == 1;
       if (weight == 0) continue;
-      const float* const rgb = matrix.radiance.data() + 3 * (sample * matrix.cells + observed.cells[n]);
-      for (size_t c = 0; c < kPlanes; ++c) result.plane(row, c)[n] = rgb[c];
+      const float* const from =
+          matrix.radiance.data() + result.planes * (sample * matrix.cells + observed.cells[n]);
+      for (size_t c = 0; c < result.planes; ++c) result.plane(row, c)[n] = from[c];
     }
   }
   if (isUniform) result.weights.reset();

@@ -1,7 +1,7 @@
 // Vertex light field matrices as plain matrices of numbers, in the form that their factorisation needs.
 //
-// Rows and columns without an observed entry are left out. Colours are planes of columns: colour c of cell n
-// is column c x stride + n, so that all colours share the weights of their entry.
+// Rows and columns without an observed entry are left out. Channels are planes of columns: channel c of cell
+// n is column c x stride + n, so that all channels share the weights of their entry.
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"
@@ -20,19 +20,18 @@ struct Observed {
   float leastWeight = 0, largestWeight = 0;
 };
 
-// Entries count by their weight, at least `leastWeight`; not if a colour is not finite, or if the weight is
+// Entries count by their weight, at least `leastWeight`; not if a channel is not finite, or if the weight is
 // below kNegligibleWeight of the largest. Throws Error if sizes do not fit, or a weight is negative or not
 // finite.
 Observed observedOf(const LightFieldMatrix& matrix, float leastWeight = 0);
 
 inline constexpr float kNegligibleWeight = 1e-6f;
 
-inline constexpr size_t kPlanes = 3; // red, green and blue
-
 struct ArrangedMatrix {
-  size_t stride = 0;                        // columns: kPlanes x stride, stride >= #cells; 0 beyond the cells
+  size_t planes = 3;                        // channels
+  size_t stride = 0;                        // columns: planes x stride, stride >= #cells; 0 beyond the cells
   size_t cells = 0;                         // observed
-  PaddedRows<float> values{0, 0};           // [rows][kPlanes x stride]; 0 where not observed
+  PaddedRows<float> values{0, 0};           // [rows][planes x stride]; 0 where not observed
   std::optional<PaddedRows<float>> weights; // [rows][cells], 0..1; none if all are 1
 
   ArrangedMatrix copy() const;
@@ -46,8 +45,8 @@ ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed
 // Factors of an arranged matrix: values ~ mean + U V'.
 struct PlainFactors {
   PaddedRows<float> surface{0, 0}; // U [rows][terms]
-  PaddedRows<float> view{0, 0};    // V [kPlanes x stride][terms]
-  std::vector<float> mean;         // [rows][kPlanes]; empty if none was taken out
+  PaddedRows<float> view{0, 0};    // V [planes x stride][terms]
+  std::vector<float> mean;         // [rows][planes]; empty if none was taken out
   size_t terms() const { return surface.columns(); }
 };
 

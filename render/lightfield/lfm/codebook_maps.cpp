@@ -95,6 +95,9 @@ LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOption
         codebookTable(term.surface, surfaceShape(result), maps.method, surfaceWeights, options, progress);
     term.view = codebookTable(term.view, viewShape(result), maps.method, viewWeights, options, progress);
   }
+  if (options.means && !maps.mean.mapOf.empty())
+    result.mean = codebookTable(maps.mean, meanShape(result), Method::nmf,
+                                std::vector<float>(maps.mean.mapOf.size(), 1), options, progress);
   return result;
 }
 

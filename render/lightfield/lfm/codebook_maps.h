@@ -11,6 +11,7 @@ struct MapCodebookOptions {
   CodebookStart start = CodebookStart::split;
   double ratio = 10;     // maps for each codeword, at least 1; 0: no bound
   double distortion = 0; // mean squared error of a map's values: no more codewords than it takes, nearly
+  bool means = false;    // whether mean maps have a codebook, too
 };
 
 // Maps of coding `bytes` with a codebook for the surface maps, and one for the view maps, of each term.

@@ -60,21 +60,21 @@ PlainFactors fitted(ArrangedMatrix matrix, size_t terms, const FactorizationOpti
 
 // Maps of all samples and cells; 0 where nothing was observed.
 Factors assembled(const PlainFactors& from, const LightFieldMatrix& matrix, const Observed& observed) {
-  Factors to{matrix.samples, matrix.cells, {}, {}};
-  const size_t stride = from.view.rows() / kPlanes;
+  const size_t channels = matrix.channels, stride = from.view.rows() / channels;
+  Factors to{matrix.samples, matrix.cells, {}, {}, channels};
   for (size_t k = 0; k < from.terms(); ++k) {
     FactorTerm& term = to.terms.emplace_back();
     term.surface.assign(to.samples, 0);
-    term.view.assign(kPlanes * to.cells, 0);
+    term.view.assign(channels * to.cells, 0);
     for (size_t row = 0; row < observed.samples.size(); ++row)
       term.surface[observed.samples[row]] = from.surface.row(row)[k];
     for (size_t n = 0; n < observed.cells.size(); ++n)
-      for (size_t c = 0; c < kPlanes; ++c)
-        term.view[kPlanes * observed.cells[n] + c] = from.view.row(c * stride + n)[k];
+      for (size_t c = 0; c < channels; ++c)
+        term.view[channels * observed.cells[n] + c] = from.view.row(c * stride + n)[k];
   }
-  if (!from.mean.empty()) to.mean.assign(kPlanes * to.samples, 0);
+  if (!from.mean.empty()) to.mean.assign(channels * to.samples, 0);
   for (size_t row = 0; row < observed.samples.size() && !to.mean.empty(); ++row)
-    std::copy_n(&from.mean[kPlanes * row], kPlanes, &to.mean[kPlanes * observed.samples[row]]);
+    std::copy_n(&from.mean[channels * row], channels, &to.mean[channels * observed.samples[row]]);
   return to;
 }
 
@@ -108,11 +108,11 @@ Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& o
   const Observed observed = observedOf(matrix, options.leastWeight);
   const bool isPositive = options.method == Method::nmf;
   if (isPositive) requireNonnegative(matrix);
-  Factors result{matrix.samples, matrix.cells, {}, {}};
+  Factors result{matrix.samples, matrix.cells, {}, {}, matrix.channels};
   if (!observed.samples.empty())
     result = factorsOf(matrix, observed, options, progress);
   else if (!isPositive)
-    result.mean.assign(kPlanes * matrix.samples, 0);
+    result.mean.assign(matrix.channels * matrix.samples, 0);
   projectUnobserved(matrix, observed, isPositive, result);
   return result;
 }

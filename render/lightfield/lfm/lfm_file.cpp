@@ -6,7 +6,6 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -21,7 +20,7 @@ namespace {
 
 using lightfield::append, lightfield::Reader;
 
-constexpr std::string_view kStart = "lfm maps";
+std::string_view startOf(size_t channels) { return channels == 4 ? "rgbamaps" : "lfm maps"; }
 
 void appendTable(std::vector<std::byte>& bytes, const MapTable& table) {
   append(bytes, table.maps.count);
@@ -66,8 +65,9 @@ Enumeration takeChoice(Reader& reader, Enumeration last, const std::string& fiel
 VertexFrame frameOf(std::span<const float> numbers, const std::string& field) {
   const Vec3<double> x(numbers[0], numbers[1], numbers[2]), z(numbers[3], numbers[4], numbers[5]);
   constexpr double kTolerance = 1e-5;
-  const double worst = std::max({std::abs(x.norm() - 1), std::abs(z.norm() - 1), std::abs(x.dot(z))});
-  if (!(worst < kTolerance)) throw Error("axes are not unit vectors at right angles").at(field);
+  const auto isSmall = [](double error) { return std::abs(error) < kTolerance; }; // not NaN
+  if (!isSmall(x.norm() - 1) || !isSmall(z.norm() - 1) || !isSmall(x.dot(z)))
+    throw Error("axes are not unit vectors at right angles").at(field);
   const Vec3<double> exactZ = z.normalized(), exactX = (x - x.dot(exactZ) * exactZ).normalized();
   return {exactX, exactZ.cross(exactX), exactZ};
 }
@@ -76,7 +76,7 @@ VertexFrame frameOf(std::span<const float> numbers, const std::string& field) {
 
 std::vector<std::byte> mapsBytes(const LightFieldMaps& maps) {
   std::vector<std::byte> bytes;
-  append(bytes, std::span<const char>(kStart));
+  append(bytes, std::span<const char>(startOf(maps.channels)));
   const bool hasTerms = !maps.terms.empty();
   const Coding surface = hasTerms ? maps.terms[0].surface.maps.coding : Coding::bytes,
                view = hasTerms ? maps.terms[0].view.maps.coding : Coding::bytes;
@@ -104,10 +104,11 @@ std::vector<std::byte> mapsBytes(const LightFieldMaps& maps) {
   return bytes;
 }
 
-LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh) {
+LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh, size_t channels) {
   Reader reader(bytes);
-  reader.takeStart(kStart);
+  reader.takeStart(startOf(channels));
   LightFieldMaps maps;
+  maps.channels = channels;
   maps.mesh = std::move(mesh);
   const size_t vertices = maps.mesh.positions.size(), triangles = maps.mesh.triangles.size();
   reader.take(vertices, vertices, "vertices");
@@ -118,8 +119,8 @@ LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh) {
   maps.viewSize = static_cast<int>(reader.take(kLeastViewSize, kLargestViewSize, "viewSize"));
   const size_t terms = reader.take(0, kMostTerms, "terms");
   const auto surface = takeChoice(reader, Coding::dxt1, "surfaceCoding");
-  const auto view = takeChoice(reader, Coding::dxt1, "viewCoding");
-  const auto mean = takeChoice(reader, Coding::dxt1, "meanCoding");
+  const auto view = takeChoice(reader, Coding::dxt5, "viewCoding");
+  const auto mean = takeChoice(reader, Coding::dxt5, "meanCoding");
   maps.meanWhite = reader.takeMany<float>(1, "meanWhite")[0];
   const std::vector<float> axes = reader.takeMany<float>(6 * vertices, "frames");
   for (size_t v = 0; v < vertices; ++v)

@@ -2,7 +2,7 @@
 //
 // maps.bin, all numbers little-endian:
 //
-//   - the text "lfm maps"
+//   - the text "lfm maps"; of four channels "rgbamaps"
 //   - 8 bytes each: vertices, triangles, method, layout, samples, view size, terms; coding of surface maps,
 //     of view maps and of the mean
 //   - a float: root of the radiance of byte 255 of the mean (root_radiance.h)
@@ -33,8 +33,9 @@ inline constexpr const char* kMapsFile = "maps.bin";
 
 // Content of maps.bin.
 std::vector<std::byte> mapsBytes(const LightFieldMaps& maps);
-// Reads the content of maps.bin for a mesh. Throws Error naming the field for bytes that are no such file.
-LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh);
+// Reads the content of maps.bin for a mesh, and maps of so many channels. Throws Error naming the field for
+// bytes that are no such file.
+LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh, size_t channels = 3);
 
 // Writes a folder, which must be missing, empty or a light field. The capture's training views are those that
 // the maps were made of. Throws Error and Cancelled.

@@ -15,16 +15,11 @@
 #include "render/gl/context.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
-#include "render/gl/projection.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
-#include "render/lightfield/lfm/map_textures.h"
+#include "render/lightfield/lfm/map_drawing.h"
 #include "render/lightfield/lfm/maps.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
-#include "surfel/math/space.h"
-
-#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <optional>
@@ -62,7 +57,7 @@ public:
   // distorts.
   Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {});
 
-  const MapTextures& textures() const { return textures_; }
+  const MapTextures& textures() const { return drawing_.maps(); }
 
 private:
   struct Targets {
@@ -70,24 +65,13 @@ private:
     gl::Framebuffer framebuffer;
     Targets(gl::Format format, int width, int height);
   };
-  // Terms first..end - 1, and the mean before them.
-  struct Part {
-    bool withMean = false;
-    size_t first = 0, end = 0;
-  };
-
   Targets& targetsOf(gl::Format format, int width, int height);
-  void setCamera(const capture::Camera<AcquisitionSpace>& camera, const gl::DepthRange& range);
-  // Draws a part times a factor: added, or subtracted.
-  void drawPart(const Part& part, float factor, bool isSubtracted, const FrameOptions& options);
+  // Draws terms times a factor: added, or subtracted.
+  void drawTerms(const TermRange& range, float factor, bool isSubtracted, const FrameOptions& options);
   void drawAll(const FrameOptions& options, FrameStats& stats);
 
-  Vec3<double> middle_;
-  Eigen::AlignedBox3d boxCentred_;
-  bool isSigned_, hasMean_;
-  size_t terms_;
-  MapTextures textures_;
-  gl::VertexArray mesh_;
+  bool isSigned_;
+  MapDrawing drawing_;
   gl::Program depth_, maps_;
   std::optional<Targets> targets_;
 };

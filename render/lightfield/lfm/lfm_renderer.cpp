@@ -1,15 +1,14 @@
 #include "render/lightfield/lfm/lfm_renderer.h"
 
 #include "render/lightfield/common/baked_scene.h"
+#include "render/lightfield/lfm/terms_knob.h"
 #include "srf/image/resize.h"
-#include "surfel/base/error.h"
 #include "surfel/base/hash.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -20,18 +19,6 @@ namespace {
 LfmOptions checked(const LfmOptions& options) {
   lightfield::requireSamples(options.samples);
   return options;
-}
-
-// The knob "terms" of a setting; `full` if it does not name them.
-size_t termsOf(const knobs::Setting& setting, size_t full) {
-  const auto found = setting.find("terms");
-  if (found == setting.end()) return full;
-  const double terms = found->second;
-  if (!(terms >= 0 && terms <= static_cast<double>(full)) || terms != std::floor(terms))
-    throw Error::mismatch(fmt::format("a whole number of 0 to {}", full), numberText(terms))
-        .at("terms")
-        .at("knob");
-  return static_cast<size_t>(terms);
 }
 
 const char* nameOf(Passes passes) {
@@ -78,10 +65,7 @@ size_t LfmRenderer::fullTerms() const {
 
 std::vector<knobs::Knob> LfmRenderer::knobs() const {
   std::vector<knobs::Knob> all{lightfield::samplesKnob(full_.samples)};
-  if (!isProgressive_) return all;
-  knobs::Knob& terms = all.emplace_back();
-  terms.name = "terms", terms.meaning = "approximation terms that are added to the mean";
-  for (size_t k = fullTerms() + 1; k-- > 0;) terms.values.push_back(static_cast<double>(k));
+  if (isProgressive_) all.push_back(termsKnob(fullTerms()));
   return all;
 }
 

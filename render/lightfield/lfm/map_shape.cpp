@@ -39,7 +39,7 @@ MapTable withUsers(const MapTable& table, const MapShape& shape, const auto& isU
 } // namespace
 
 LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
-                         int viewSize, size_t terms) {
+                         int viewSize, size_t terms, size_t channels) {
   assert(frames.size() == mesh.positions.size());
   LightFieldMaps maps;
   maps.mesh = std::move(mesh);
@@ -47,6 +47,7 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Met
   maps.method = method;
   maps.samples = samples;
   maps.viewSize = viewSize;
+  maps.channels = channels;
   const size_t vertices = maps.mesh.positions.size(), triangles = maps.mesh.triangles.size();
   for (size_t k = 0; k < terms; ++k)
     maps.terms.push_back({emptyTable(triangles, surfaceShape(maps)), emptyTable(vertices, viewShape(maps)),

@@ -16,21 +16,25 @@ namespace surflect::lfm {
 struct MapShape {
   enum class Kind { patch, view };
   Kind kind = Kind::patch;
-  int size = 0;     // samples along a triangle's edge, or cells along a side
-  int channels = 3; // bytes of a sample
+  int size = 0;        // samples along a triangle's edge, or cells along a side
+  size_t channels = 3; // bytes of a sample
 
   size_t texels() const {
     const auto side = static_cast<size_t>(size);
     return kind == Kind::patch ? PatchGrid::samples(size) : side * side;
   }
-  size_t bytes() const { return static_cast<size_t>(channels) * texels(); } // of a map
+  size_t bytes() const { return channels * texels(); } // of a map
 };
 
 inline MapShape surfaceShape(const LightFieldMaps& maps) {
-  return {MapShape::Kind::patch, maps.samples, maps.layout == SurfaceLayout::packed ? 3 : 1};
+  return {MapShape::Kind::patch, maps.samples, maps.layout == SurfaceLayout::packed ? size_t{3} : size_t{1}};
 }
-inline MapShape viewShape(const LightFieldMaps& maps) { return {MapShape::Kind::view, maps.viewSize, 3}; }
-inline MapShape meanShape(const LightFieldMaps& maps) { return {MapShape::Kind::patch, maps.samples, 3}; }
+inline MapShape viewShape(const LightFieldMaps& maps) {
+  return {MapShape::Kind::view, maps.viewSize, maps.channels};
+}
+inline MapShape meanShape(const LightFieldMaps& maps) {
+  return {MapShape::Kind::patch, maps.samples, maps.channels};
+}
 
 // Value of a byte of a surface or view map; quantization.h has the inverse.
 inline double valueOf(Method method, uint8_t byte) {
@@ -44,7 +48,7 @@ inline uint8_t meanByte(double root, double white) {
 
 // Maps of bytes with the users' sizes and nothing in them: each user has a map of its own.
 LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
-                         int viewSize, size_t terms);
+                         int viewSize, size_t terms, size_t channels = 3);
 
 // Removes maps of vertices whose scale is 0, and last terms whose scales are all 0; radiance does not change.
 // Maps are packed and of coding `bytes`.

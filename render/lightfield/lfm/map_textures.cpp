@@ -1,6 +1,7 @@
 #include "render/lightfield/lfm/map_textures.h"
 
 #include "render/lightfield/lfm/map_shape.h"
+#include "render/lightfield/lfm/s3tc.h"
 #include "render/lightfield/lfm/tile.h"
 #include "render/lightfield/lfm/tiling.h"
 
@@ -35,6 +36,7 @@ Tiling tilingOf(const Sets& sets, const MapShape& shape, const gl::Limits& limit
 
 gl::Format formatOf(Coding coding, bool isSigned) {
   if (coding == Coding::dxt1) return gl::Format::dxt1;
+  if (coding == Coding::dxt5) return gl::Format::dxt5;
   return isSigned ? gl::Format::rgba8s : gl::Format::rgba8;
 }
 
@@ -52,8 +54,9 @@ TileRows rowsOf(const MapSet& set, const MapShape& shape, size_t tile) {
   const size_t bytes = bytesOf(shape, set.coding, 1);
   const auto blocks = std::span(set.data).subspan(tile * bytes, bytes);
   return {{blocks.begin(), blocks.end()},
-          8 * static_cast<size_t>(tileShape.width / 4),
-          static_cast<size_t>(tileShape.height / 4)};
+          blockBytes(set.coding == Coding::dxt5 ? Blocks::dxt5 : Blocks::dxt1) *
+              static_cast<size_t>(tileShape.width / kBlockSide),
+          static_cast<size_t>(tileShape.height / kBlockSide)};
 }
 
 gl::Texture textureOf(const Sets& sets, const MapShape& shape, bool isSigned, const gl::Limits& limits) {

@@ -29,6 +29,8 @@ void requireTable(const MapTable& table, size_t users, const MapShape& shape) {
     if (table.mapOf[i] != kNoMap && table.mapOf[i] >= table.maps.count)
       throw Error::mismatch("below " + text(table.maps.count), text(table.mapOf[i]))
           .at("mapOf[" + text(i) + ']');
+  if (table.maps.coding != Coding::bytes && table.maps.coding != compressedCoding(shape))
+    throw Error("is not that of maps with so many channels").at("coding");
   require(table.maps.data.size(), bytesOf(shape, table.maps.coding, table.maps.count), "data");
 }
 
@@ -86,6 +88,7 @@ void requireComplete(const LightFieldMaps& maps) {
   require(maps.frames.size(), maps.mesh.positions.size(), "frames");
   requireWithin(static_cast<size_t>(maps.samples), 2, PatchGrid::kMostPerEdge, "samples");
   requireWithin(static_cast<size_t>(maps.viewSize), kLeastViewSize, kLargestViewSize, "viewSize");
+  requireWithin(maps.channels, 3, 4, "channels");
   requireWithin(maps.terms.size(), 0, kMostTerms, "terms");
   for (size_t k = 0; k < maps.terms.size(); ++k) try {
       requireTerm(maps, maps.terms[k]);

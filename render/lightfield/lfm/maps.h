@@ -8,16 +8,18 @@
 //   hat  hat function of a corner: its barycentric coordinate. The paper stores hat g in one map, which no
 //        longer vanishes at the far edge once it is compressed
 //   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h)
-//   h  view map of a vertex: RGB for each cell of a square grid around the disc of directions. Centre of cell
+//   h  view map of a vertex: channels of each cell of a square grid around the disc of directions. Centre of
+//   cell
 //      (x, y): ((x + 0.5) / size, (y + 0.5) / size) as discPoint() has it
 //   s  scale of a vertex and term; g and h are within -1..1
 //
-// Radiance is the square of the root (root_radiance.h); roots below 0 are black. Between samples g and the
-// mean are interpolated linearly (blendAt()), h bilinearly between cell centres, constant beyond the
-// outermost.
+// Radiance is the square of the root (root_radiance.h); roots below 0 are black. There are three channels,
+// RGB; or four, where the last is a root of opacity and the others are of radiance times opacity. Between
+// samples g and the mean are interpolated linearly (blendAt()), h bilinearly between cell centres, constant
+// beyond the outermost.
 //
-// Sizes: 3 bytes for each texel of a view map, 3 for each sample of a triangle and term (one for each
-// corner).
+// Sizes: a byte for each channel of a cell of a view map, 3 for each sample of a triangle and term (one for
+// each corner).
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"
@@ -37,8 +39,9 @@ enum class SurfaceLayout {
 
 // One for all surface maps, one for all view maps, and one for the mean.
 enum class Coding {
-  bytes, // maps one after another. Surface maps: bytes of a sample together; view maps: row by row, RGB
-  dxt1   // tiles (tile.h) one after another, as blocks of 8 bytes (s3tc.h); signed bytes plus 128
+  bytes, // maps one after another. Surface maps: bytes of a sample together; view maps: row by row
+  dxt1,  // tiles (tile.h) one after another, as blocks of 8 bytes (s3tc.h); signed bytes plus 128
+  dxt5   // as dxt1, with blocks of 16 bytes, for maps of four channels
 };
 
 // Maps of equal size.
@@ -69,10 +72,11 @@ struct LightFieldMaps {
   // PCA: bytes are int8_t, value max(byte / 127, -1). NMF: value byte / 255; there is no mean.
   Method method = Method::pca;
   SurfaceLayout layout = SurfaceLayout::packed;
-  int samples = 24;  // along a triangle's edge
-  int viewSize = 32; // cells of a view map along each side
+  int samples = 24;    // along a triangle's edge
+  int viewSize = 32;   // cells of a view map along each side
+  size_t channels = 3; // of view maps and means: 3 or 4
   std::vector<Term> terms;
-  MapTable mean;       // users: triangles; RGB of each sample: root meanWhite byte / 255. None for NMF
+  MapTable mean;       // users: triangles; channels of each sample: meanWhite byte / 255. None for NMF
   float meanWhite = 1; // root of the radiance of byte 255
 };
 

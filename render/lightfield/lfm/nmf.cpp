@@ -84,11 +84,11 @@ public:
   Updates(ArrangedMatrix matrix, size_t terms, uint64_t seed) : sums_(std::move(matrix)) {
     std::mt19937_64 random(seed);
     factors.surface = randomFactors(sums_.rows(), terms, random);
-    factors.view = randomFactors(kPlanes * sums_.stride(), terms, random);
+    factors.view = randomFactors(sums_.planes() * sums_.stride(), terms, random);
     // Products of the start have the mean of the matrix.
     const double mean = std::accumulate(sums_.rowSums().begin(), sums_.rowSums().end(), 0.0) /
-                        static_cast<double>(sums_.rows() * kPlanes * sums_.cells() * terms);
-    for (size_t c = 0; c < kPlanes; ++c)
+                        static_cast<double>(sums_.rows() * sums_.planes() * sums_.cells() * terms);
+    for (size_t c = 0; c < sums_.planes(); ++c)
       for (size_t n = 0; n < sums_.stride(); ++n)
         for (size_t k = 0; k < terms; ++k) {
           float& v = factors.view.row(c * sums_.stride() + n)[k];
@@ -109,7 +109,7 @@ public:
     const PaddedRows<float> numerators = sums_.alongSurface(factors.surface);
     const PaddedRows<float> pairs = sums_.surfacePairs(factors.surface, {});
     double squares = sums_.squares();
-    for (size_t c = 0; c < kPlanes; ++c)
+    for (size_t c = 0; c < sums_.planes(); ++c)
       for (size_t n = 0; n < sums_.cells(); ++n) {
         const size_t place = c * sums_.stride() + n;
         const float* const pairsOfCell = pairs.row(pairs.rows() > 1 ? n : 0);

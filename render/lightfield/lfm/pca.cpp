@@ -28,9 +28,9 @@ PaddedRows<float> scaledColumns(const PaddedRows<float>& columns, const std::vec
 } // namespace
 
 std::vector<float> takeMean(ArrangedMatrix& matrix) {
-  std::vector<float> mean(matrix.rows() * kPlanes);
+  std::vector<float> mean(matrix.rows() * matrix.planes);
   for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < kPlanes; ++c) {
+    for (size_t c = 0; c < matrix.planes; ++c) {
       float* const values = matrix.plane(row, c);
       double sum = 0, weights = 0;
       for (size_t n = 0; n < matrix.cells; ++n) {
@@ -38,7 +38,7 @@ std::vector<float> takeMean(ArrangedMatrix& matrix) {
         sum += weight * double{values[n]};
         weights += weight;
       }
-      const float ofRow = mean[row * kPlanes + c] = static_cast<float>(sum / weights);
+      const float ofRow = mean[row * matrix.planes + c] = static_cast<float>(sum / weights);
       for (size_t n = 0; n < matrix.cells; ++n)
         if (weightAt(matrix, row, n) > 0) values[n] -= ofRow;
     }
@@ -53,7 +53,7 @@ PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double 
 double roundingOf(const ArrangedMatrix& matrix) {
   double squares = 0;
   for (size_t row = 0; row < matrix.rows(); ++row)
-    for (size_t c = 0; c < kPlanes; ++c)
+    for (size_t c = 0; c < matrix.planes; ++c)
       for (size_t n = 0; n < matrix.cells; ++n)
         squares +=
             weightAt(matrix, row, n) * double{matrix.plane(row, c)[n]} * double{matrix.plane(row, c)[n]};

@@ -21,7 +21,7 @@ PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double 
 // Sum of weighted squares that is rounding error once the mean of the matrix is taken out.
 double roundingOf(const ArrangedMatrix& matrix);
 
-// Weighted mean of each row in each plane [rows][kPlanes], which is subtracted from the observed values.
+// Weighted mean of each row in each plane [rows][planes], which is subtracted from the observed values.
 std::vector<float> takeMean(ArrangedMatrix& matrix);
 
 } // namespace surflect::lfm

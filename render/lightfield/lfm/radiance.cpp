@@ -11,21 +11,30 @@ namespace surflect::lfm {
 
 namespace {
 
-using Color = Vec3<double>;
-
 const uint8_t* mapOf(const MapSet& maps, const MapShape& shape, uint32_t map) {
   assert(maps.coding == Coding::bytes);
   return &maps.data[map * shape.bytes()];
 }
 
+// Values of `channels` bytes.
+Channels decodedChannels(const LightFieldMaps& maps, const uint8_t* bytes, const auto& valueOfByte) {
+  Channels values(static_cast<Eigen::Index>(maps.channels));
+  for (size_t c = 0; c < maps.channels; ++c) values[static_cast<Eigen::Index>(c)] = valueOfByte(bytes[c]);
+  return values;
+}
+
+Channels zeros(const LightFieldMaps& maps) {
+  return Channels::Zero(static_cast<Eigen::Index>(maps.channels));
+}
+
 } // namespace
 
-Color surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place) {
+Vec3<double> surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place) {
   const PatchGrid grid(maps.samples);
   const MapShape shape = surfaceShape(maps);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
-  const Color hats(1 - place.b - place.c, place.b, place.c);
-  Color sum = Color::Zero();
+  const Vec3<double> hats(1 - place.b - place.c, place.b, place.c);
+  Vec3<double> sum = Vec3<double>::Zero();
   for (size_t corner = 0; corner < 3; ++corner) {
     const bool isPacked = maps.layout == SurfaceLayout::packed;
     const uint32_t map = term.surface.mapOf[isPacked ? place.triangle : 3 * place.triangle + corner];
@@ -40,9 +49,9 @@ Color surfaceValues(const LightFieldMaps& maps, const Term& term, const Triangle
   return hats.cwiseProduct(sum);
 }
 
-Color viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point) {
+Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point) {
   const uint32_t map = term.view.mapOf[vertex];
-  if (map == kNoMap) return Color::Zero();
+  if (map == kNoMap) return zeros(maps);
   const uint8_t* values = mapOf(term.view.maps, viewShape(maps), map);
   const int size = maps.viewSize;
   const double x = std::clamp(point.x() * size - 0.5, 0.0, size - 1.0);
@@ -50,31 +59,31 @@ Color viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, c
   const int x0 = std::min(static_cast<int>(x), size - 2), y0 = std::min(static_cast<int>(y), size - 2);
   const double a = x - x0, b = y - y0;
   const auto at = [&](int i, int j) {
-    const uint8_t* rgb =
-        values + 3 * (static_cast<size_t>(j) * static_cast<size_t>(size) + static_cast<size_t>(i));
-    return Color(valueOf(maps.method, rgb[0]), valueOf(maps.method, rgb[1]), valueOf(maps.method, rgb[2]));
+    const size_t cell = static_cast<size_t>(j) * static_cast<size_t>(size) + static_cast<size_t>(i);
+    return decodedChannels(maps, values + maps.channels * cell,
+                           [&](uint8_t byte) { return valueOf(maps.method, byte); });
   };
   return (1 - b) * ((1 - a) * at(x0, y0) + a * at(x0 + 1, y0)) + //
          b * ((1 - a) * at(x0, y0 + 1) + a * at(x0 + 1, y0 + 1));
 }
 
-Color meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
-  if (maps.mean.mapOf.empty() || maps.mean.mapOf[place.triangle] == kNoMap) return Color::Zero();
+Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
+  if (maps.mean.mapOf.empty() || maps.mean.mapOf[place.triangle] == kNoMap) return zeros(maps);
   const PatchGrid grid(maps.samples);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
   const uint8_t* values = mapOf(maps.mean.maps, meanShape(maps), maps.mean.mapOf[place.triangle]);
-  Color sum = Color::Zero();
+  Channels sum = zeros(maps);
   for (size_t i = 0; i < 3; ++i) {
-    const uint8_t* rgb = values + 3 * grid.index(blend.places[i]);
-    sum += blend.weights[i] * Color(rgb[0], rgb[1], rgb[2]) / 255;
+    const uint8_t* bytes = values + maps.channels * grid.index(blend.places[i]);
+    sum += blend.weights[i] * decodedChannels(maps, bytes, [](uint8_t byte) { return byte / 255.0; });
   }
   return maps.meanWhite * sum;
 }
 
-Color termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
-                const std::array<DiscPoint, 3>& points) {
-  const Color surface = surfaceValues(maps, term, place);
-  Color sum = Color::Zero();
+Channels termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
+                   const std::array<DiscPoint, 3>& points) {
+  const Vec3<double> surface = surfaceValues(maps, term, place);
+  Channels sum = zeros(maps);
   for (size_t corner = 0; corner < 3; ++corner) {
     const uint32_t vertex = maps.mesh.triangles[place.triangle][corner];
     sum += term.scale[vertex] * surface[static_cast<Eigen::Index>(corner)] *
@@ -83,11 +92,12 @@ Color termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlac
   return sum;
 }
 
-Color radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d, size_t terms) {
+Channels radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d,
+                    size_t terms) {
   std::array<DiscPoint, 3> points;
   for (size_t corner = 0; corner < 3; ++corner)
     points[corner] = discPoint(maps.frames[maps.mesh.triangles[place.triangle][corner]], d);
-  Color sum = meanValue(maps, place);
+  Channels sum = meanValue(maps, place);
   for (size_t k = 0; k < std::min(terms, maps.terms.size()); ++k)
     sum += termValue(maps, maps.terms[k], place, points);
   return sum.unaryExpr([](double root) { return radianceOf(root); });

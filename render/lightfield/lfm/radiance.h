@@ -6,12 +6,17 @@
 #include "render/lightfield/lfm/vertex_frame.h"
 #include "surfel/math/space.h"
 
+#include <Eigen/Core>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace surflect::lfm {
+
+// A number for each channel of light field maps.
+using Channels = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 4, 1>;
 
 // Place of a triangle by barycentrics of its corners 1 and 2.
 struct TrianglePlace {
@@ -24,18 +29,17 @@ struct TrianglePlace {
 // Values of a surface map at a place, of all three corners, times their hat functions.  hat g of maps.h
 Vec3<double> surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place);
 // View map of a vertex at a point of its disc.  h of maps.h
-Vec3<double> viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point);
-// Mean over view directions, a root of radiance.
-Vec3<double> meanValue(const LightFieldMaps& maps, const TrianglePlace& place);
+Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point);
+// Mean over view directions, roots.
+Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place);
 
 // One approximation term: the sum over the triangle's corners of s hat g h.  [Chen et al. 2002, Eq. 6]
 // points: the direction to the viewer as each corner has it.
-Vec3<double> termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
-                       const std::array<DiscPoint, 3>& points);
+Channels termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
+                   const std::array<DiscPoint, 3>& points);
 
 // Radiance in the unit direction d to the viewer, by the mean and the first `terms` terms.
-// [Chen et al. 2002, Eqs. 3 and 6]
-Vec3<double> radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d,
-                        size_t terms);
+// [Chen et al. 2002, Eqs. 3 and 6]  A fourth channel is the square of its root as well.
+Channels radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d, size_t terms);
 
 } // namespace surflect::lfm

@@ -11,20 +11,41 @@
 
 namespace surflect::lfm {
 
-Resolution resolutionFor(const lightfield::Views& views, size_t triangles, int samples) {
+namespace {
+
+// Width of a pixel on the views' mesh, and the mesh's area in pixels.
+struct MeshPixels {
+  double width = 0, count = 0;
+};
+
+MeshPixels pixelsOf(const lightfield::Views& views) {
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const size_t view : views.ofSplit(capture::Split::train)) cameras.push_back(views.camera(view));
+  const double pixel = lightfield::pixelFootprint(views.mesh(), cameras);
+  return {pixel, pixel > 0 ? surfaceArea(views.mesh()) / (pixel * pixel) : 0};
+}
+
+int samplesOf(int samples, double pixels, const TriangleMesh& mesh) {
+  const auto count = static_cast<double>(std::max<size_t>(1, mesh.triangles.size()));
+  return samples > 0 ? samples : samplesPerEdgeFor(pixels / count);
+}
+
+} // namespace
+
+int samplesFor(const lightfield::Views& views, int samples) {
+  return samplesOf(samples, pixelsOf(views).count, views.mesh());
+}
+
+Resolution resolutionFor(const lightfield::Views& views, size_t triangles, int samples) {
   const TriangleMesh& mesh = views.mesh();
-  const double pixel = lightfield::pixelFootprint(mesh, cameras);
-  const double pixels = pixel > 0 ? surfaceArea(mesh) / (pixel * pixel) : 0;
+  const auto [pixel, pixels] = pixelsOf(views);
   Resolution result;
   if (triangles > 0)
     result.mesh = simplified(mesh, triangles);
   else
     result.mesh =
         simplified(mesh, static_cast<size_t>(std::max(4., std::ceil(pixels / kPixelsPerTriangle))), pixel);
-  const auto count = static_cast<double>(std::max<size_t>(1, result.mesh.triangles.size()));
-  result.samples = samples > 0 ? samples : samplesPerEdgeFor(pixels / count);
+  result.samples = samplesOf(samples, pixels, result.mesh);
   return result;
 }
 

@@ -17,6 +17,9 @@ struct Resolution {
   int samples = 0;   // along a triangle's edge
 };
 
+// Samples along an edge of the views' mesh: `samples`, or if that is 0 as many as a triangle's pixels need.
+int samplesFor(const lightfield::Views& views, int samples);
+
 // Mesh with `triangles` triangles; if that is 0, with kPixelsPerTriangle pixels for each, and more triangles
 // where fewer would move the surface by more than a pixel. `samples` along an edge; if that is 0, as many as
 // a triangle's pixels need.

@@ -34,13 +34,13 @@ std::array<int, 3> fields(uint64_t color) {
           static_cast<int>(color & 31)};
 }
 
-// Texels of a block, rounded once: a mixture is a fraction over `whole` x the largest number of the field.
-// [EXT_texture_compression_s3tc]
-void decode(const uint8_t* block, BlockTexels& texels) {
+// Colours of a block, rounded once: a mixture is a fraction over `whole` x the largest number of the field.
+// [EXT_texture_compression_s3tc] DXT5 always has two mixtures.
+void decodeColors(const uint8_t* block, Blocks kind, BlockTexels& texels) {
   const uint64_t first = littleEndian(block, 2), second = littleEndian(block + 2, 2);
   const uint64_t codes = littleEndian(block + 4, 4);
   const std::array<int, 3> a = fields(first), b = fields(second);
-  const bool hasTwoMixtures = first > second;
+  const bool hasTwoMixtures = first > second || kind == Blocks::dxt5;
   for (size_t i = 0; i < kTexels; ++i) {
     const uint64_t code = codes >> 2 * i & 3;
     // Parts of the second colour, of a whole.
@@ -56,29 +56,45 @@ void decode(const uint8_t* block, BlockTexels& texels) {
   }
 }
 
+// Alphas of the first half of a DXT5 block, rounded once.  [EXT_texture_compression_s3tc]
+void decodeAlphas(const uint8_t* block, BlockTexels& texels) {
+  const int first = block[0], second = block[1];
+  const uint64_t codes = littleEndian(block + 2, 6);
+  // Mixtures of the two; of five parts, the last two codes are 0 and 255.
+  const int whole = first > second ? 7 : 5;
+  for (size_t i = 0; i < kTexels; ++i) {
+    const int code = static_cast<int>(codes >> 3 * i & 7), q = code < 2 ? code * whole : code - 1;
+    const int mixture = (2 * (first * (whole - q) + second * q) + whole) / (2 * whole);
+    texels[i][3] = static_cast<uint8_t>(whole == 5 && code > 5 ? 255 * (code - 6) : mixture);
+  }
+}
+
 } // namespace
 
-std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height) {
+std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height, Blocks kind) {
   assert(width % kSide == 0 && height % kSide == 0 && rgba.size() == kChannels * width * height);
-  std::vector<uint8_t> blocks(width * height / kTexels * kBlockBytes);
+  std::vector<uint8_t> blocks(width * height / kTexels * blockBytes(kind));
   forEachBlock(width, height, [&](size_t first, size_t block) {
     BlockTexels texels;
     for (size_t y = 0; y < kSide; ++y)
       std::memcpy(texels[kSide * y].data(), rgba.data() + first + kChannels * y * width, kSide * kChannels);
-    for (Texel& texel : texels) texel[3] = 255;
-    squish::Compress(texels[0].data(), blocks.data() + block * kBlockBytes,
-                     squish::kDxt1 | squish::kColourClusterFit);
+    if (kind == Blocks::dxt1)
+      for (Texel& texel : texels) texel[3] = 255;
+    squish::Compress(texels[0].data(), blocks.data() + block * blockBytes(kind),
+                     (kind == Blocks::dxt5 ? squish::kDxt5 : squish::kDxt1) | squish::kColourClusterFit);
   });
   return blocks;
 }
 
-std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height) {
+std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height, Blocks kind) {
   assert(width % kSide == 0 && height % kSide == 0 &&
-         blocks.size() == width * height / kTexels * kBlockBytes);
+         blocks.size() == width * height / kTexels * blockBytes(kind));
   std::vector<uint8_t> rgba(kChannels * width * height);
   forEachBlock(width, height, [&](size_t first, size_t block) {
     BlockTexels texels{};
-    decode(blocks.data() + block * kBlockBytes, texels);
+    const uint8_t* from = blocks.data() + block * blockBytes(kind);
+    decodeColors(kind == Blocks::dxt5 ? from + 8 : from, kind, texels);
+    if (kind == Blocks::dxt5) decodeAlphas(from, texels);
     for (size_t y = 0; y < kSide; ++y)
       std::memcpy(rgba.data() + first + kChannels * y * width, texels[kSide * y].data(), kSide * kChannels);
   });

@@ -1,7 +1,8 @@
 // S3TC: blocks of 4 x 4 texels of a texture, which graphics hardware decodes as it reads them.
 //
 // [EXT_texture_compression_s3tc] the OpenGL extension. DXT1 takes 8 bytes a block: two colours of 5, 6 and 5
-// bits, and for each texel one of four mixtures of them.
+// bits, and for each texel one of four mixtures of them. DXT5 has 8 bytes more: two alphas of 8 bits, and for
+// each texel one of eight mixtures of them.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +12,18 @@
 
 namespace surflect::lfm {
 
-inline constexpr int kBlockSide = 4;     // texels
-inline constexpr size_t kBlockBytes = 8; // of DXT1
+enum class Blocks { dxt1, dxt5 };
 
-// DXT1 blocks of width x height RGBA texels, row by row; both must be multiples of 4. All texels are taken as
+inline constexpr int kBlockSide = 4; // texels
+constexpr size_t blockBytes(Blocks blocks) { return blocks == Blocks::dxt5 ? 16 : 8; }
+
+// Blocks of width x height RGBA texels, row by row; both must be multiples of 4. DXT1 takes all texels as
 // opaque.
-std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height);
+std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height,
+                                Blocks kind = Blocks::dxt1);
 
-// RGBA texels of DXT1 blocks, as the extension defines them, each rounded to the nearest byte.
-std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height);
+// RGBA texels of blocks, as the extension defines them, each rounded to the nearest byte.
+std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height,
+                                Blocks kind = Blocks::dxt1);
 
 } // namespace surflect::lfm

@@ -11,13 +11,17 @@ namespace surflect::lfm {
 
 namespace {
 
+Blocks blocksOf(Coding coding) { return coding == Coding::dxt5 ? Blocks::dxt5 : Blocks::dxt1; }
+
 int wholeBlocks(int texels) { return (texels + kBlockSide - 1) / kBlockSide * kBlockSide; }
 
 size_t areaOf(const TileShape& tile) {
   return static_cast<size_t>(tile.width) * static_cast<size_t>(tile.height);
 }
 
-size_t tileBytes(const TileShape& tile) { return areaOf(tile) / (kBlockSide * kBlockSide) * kBlockBytes; }
+size_t tileBytes(const TileShape& tile, Coding coding) {
+  return areaOf(tile) / (kBlockSide * kBlockSide) * blockBytes(blocksOf(coding));
+}
 
 // Calls work(offset of the sample in the map, texel in the tile) for all samples of a map.
 void forSamples(const MapShape& shape, const TileShape& tile, const TilePlace& place, const auto& work) {
@@ -26,7 +30,7 @@ void forSamples(const MapShape& shape, const TileShape& tile, const TilePlace& p
   for (int j = 0; j < size; ++j)
     for (int i = 0; i < (shape.kind == MapShape::Kind::patch ? size - j : size); ++i, ++sample) {
       const int x = place.x + place.step * i, y = place.y + place.step * j;
-      work(sample * static_cast<size_t>(shape.channels),
+      work(sample * shape.channels,
            static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x));
     }
 }
@@ -43,11 +47,13 @@ void spread(std::vector<uint8_t>& rgba, const std::vector<bool>& isUsed, const T
 
 } // namespace
 
+Coding compressedCoding(const MapShape& shape) { return shape.channels == 4 ? Coding::dxt5 : Coding::dxt1; }
+
 TileShape tileShapeOf(const MapShape& shape, Coding coding) {
   TileShape tile{shape.size, shape.size, 1};
   if (shape.kind == MapShape::Kind::patch)
     tile = {shape.size + 1, shape.size, shape.channels == 1 ? size_t{6} : size_t{2}};
-  if (coding == Coding::dxt1) tile.width = wholeBlocks(tile.width), tile.height = wholeBlocks(tile.height);
+  if (coding != Coding::bytes) tile.width = wholeBlocks(tile.width), tile.height = wholeBlocks(tile.height);
   return tile;
 }
 
@@ -67,7 +73,7 @@ size_t tilesOf(const MapShape& shape, Coding coding, size_t maps) {
 
 size_t bytesOf(const MapShape& shape, Coding coding, size_t maps) {
   if (coding == Coding::bytes) return maps * shape.bytes();
-  return tilesOf(shape, coding, maps) * tileBytes(tileShapeOf(shape, coding));
+  return tilesOf(shape, coding, maps) * tileBytes(tileShapeOf(shape, coding), coding);
 }
 
 std::vector<uint8_t> tileTexels(const MapShape& shape, const MapSet& maps, size_t tile) {
@@ -87,9 +93,11 @@ std::vector<uint8_t> tileTexels(const MapShape& shape, const MapSet& maps, size_
 
 MapSet encoded(const MapShape& shape, const MapSet& maps, bool isSigned) {
   assert(maps.coding == Coding::bytes);
-  const TileShape tight = tileShapeOf(shape, Coding::bytes), whole = tileShapeOf(shape, Coding::dxt1);
-  MapSet result{Coding::dxt1, maps.count, {}};
-  for (size_t tile = 0; tile < tilesOf(shape, Coding::dxt1, maps.count); ++tile) {
+  const Coding coding = compressedCoding(shape);
+  const TileShape tight = tileShapeOf(shape, Coding::bytes), whole = tileShapeOf(shape, coding);
+  const size_t channels = std::max<size_t>(3, shape.channels);
+  MapSet result{coding, maps.count, {}};
+  for (size_t tile = 0; tile < tilesOf(shape, coding, maps.count); ++tile) {
     const std::vector<uint8_t> rgba = tileTexels(shape, maps, tile);
     std::vector<bool> isUsed(areaOf(whole), false);
     std::vector<uint8_t> padded(4 * areaOf(whole), 255);
@@ -98,32 +106,33 @@ MapSet encoded(const MapShape& shape, const MapSet& maps, bool isSigned) {
       forSamples(shape, whole, placeOf(shape, map), [&](size_t, size_t texel) { isUsed[texel] = true; });
     for (size_t y = 0; y < static_cast<size_t>(tight.height); ++y)
       for (size_t x = 0; x < static_cast<size_t>(tight.width); ++x)
-        for (size_t channel = 0; channel < 3; ++channel) {
+        for (size_t channel = 0; channel < channels; ++channel) {
           const uint8_t byte = rgba[4 * (y * static_cast<size_t>(tight.width) + x) + channel];
           padded[4 * (y * static_cast<size_t>(whole.width) + x) + channel] =
               isSigned ? biased(static_cast<int8_t>(byte)) : byte;
         }
     spread(padded, isUsed, whole);
-    const std::vector<uint8_t> blocks =
-        s3tcBlocks(padded, static_cast<size_t>(whole.width), static_cast<size_t>(whole.height));
-    assert(blocks.size() == tileBytes(whole));
+    const std::vector<uint8_t> blocks = s3tcBlocks(padded, static_cast<size_t>(whole.width),
+                                                   static_cast<size_t>(whole.height), blocksOf(coding));
+    assert(blocks.size() == tileBytes(whole, coding));
     result.data.insert(result.data.end(), blocks.begin(), blocks.end());
   }
   return result;
 }
 
 MapSet decoded(const MapShape& shape, const MapSet& maps, bool isSigned) {
-  assert(maps.coding == Coding::dxt1);
-  const TileShape whole = tileShapeOf(shape, Coding::dxt1);
+  assert(maps.coding == compressedCoding(shape));
+  const TileShape whole = tileShapeOf(shape, maps.coding);
+  const size_t bytes = tileBytes(whole, maps.coding);
   MapSet result{Coding::bytes, maps.count, std::vector<uint8_t>(maps.count * shape.bytes())};
   for (size_t map = 0; map < maps.count; ++map) {
     const TilePlace place = placeOf(shape, map);
-    const auto blocks = std::span(maps.data).subspan(place.tile * tileBytes(whole), tileBytes(whole));
-    const std::vector<uint8_t> rgba =
-        s3tcTexels(blocks, static_cast<size_t>(whole.width), static_cast<size_t>(whole.height));
+    const auto blocks = std::span(maps.data).subspan(place.tile * bytes, bytes);
+    const std::vector<uint8_t> rgba = s3tcTexels(blocks, static_cast<size_t>(whole.width),
+                                                 static_cast<size_t>(whole.height), blocksOf(maps.coding));
     uint8_t* to = &result.data[map * shape.bytes()];
     forSamples(shape, whole, place, [&](size_t offset, size_t texel) {
-      for (size_t channel = 0; channel < static_cast<size_t>(shape.channels); ++channel) {
+      for (size_t channel = 0; channel < shape.channels; ++channel) {
         const uint8_t byte = rgba[4 * texel + static_cast<size_t>(place.channel) + channel];
         to[offset + channel] = isSigned ? static_cast<uint8_t>(unbiased(byte)) : byte;
       }
@@ -155,7 +164,7 @@ LightFieldMaps encoded(LightFieldMaps maps) {
 
 LightFieldMaps decoded(LightFieldMaps maps) {
   forMapSets(maps, [](MapSet& set, const MapShape& shape, bool isSigned) {
-    if (set.coding == Coding::dxt1) set = decoded(shape, set, isSigned);
+    if (set.coding != Coding::bytes) set = decoded(shape, set, isSigned);
   });
   return maps;
 }

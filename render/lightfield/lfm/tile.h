@@ -2,7 +2,7 @@
 //
 // Two triangles of n samples along an edge share a tile of (n + 1) x n texels: sample (i, j) of the first is
 // texel (i, j), of the second texel (n - i, n - 1 - j). A view map is a tile of its own. Surface maps of one
-// channel lie in red, green and blue: six to a tile. Tiles of dxt1 are as large as whole blocks.
+// channel lie in red, green and blue: six to a tile. Compressed tiles are as large as whole blocks.
 #pragma once
 
 #include "render/lightfield/lfm/map_shape.h"
@@ -18,6 +18,9 @@ struct TileShape {
   int width = 0, height = 0; // texels
   size_t maps = 1;           // in a tile, at most
 };
+// dxt5 for maps with four channels, else dxt1.
+Coding compressedCoding(const MapShape& shape);
+
 TileShape tileShapeOf(const MapShape& shape, Coding coding);
 
 // Where a map lies in its tile: sample (i, j) is texel (x + step i, y + step j), in `channel` alone if the
@@ -34,14 +37,14 @@ size_t tilesOf(const MapShape& shape, Coding coding, size_t maps);
 // Size of MapSet::data for a number of maps.
 size_t bytesOf(const MapShape& shape, Coding coding, size_t maps);
 
-// RGBA of a tile of maps whose coding is bytes; alpha and texels of no map are 0.
+// RGBA of a tile of maps whose coding is bytes; channels that they lack and texels of no map are 0.
 std::vector<uint8_t> tileTexels(const MapShape& shape, const MapSet& maps, size_t tile);
 
-// Maps of coding `bytes` as dxt1, tile by tile; and maps of dxt1 as bytes of the same values.
+// Maps of coding `bytes` compressed, tile by tile; and compressed maps as bytes of the same values.
 MapSet encoded(const MapShape& shape, const MapSet& maps, bool isSigned);
 MapSet decoded(const MapShape& shape, const MapSet& maps, bool isSigned);
 
-// All maps as dxt1; and all as bytes.
+// All maps compressed; and all as bytes.
 LightFieldMaps encoded(LightFieldMaps maps);
 LightFieldMaps decoded(LightFieldMaps maps);
 

@@ -184,8 +184,8 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
   return matrixOf(field, patches, vertex);
 }
 
-uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells) {
-  return 3 * uint64_t{triangles} * samples * cells;
+uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells, size_t channels) {
+  return uint64_t{channels} * uint64_t{triangles} * samples * cells;
 }
 
 uint64_t normalizedBytes(size_t triangleViews, size_t samples) {

@@ -41,9 +41,9 @@ VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint3
 // Matrix of a single vertex, with patches of its own.
 VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
 
-// Bytes of all matrices as the paper counts them: three for each sample of each triangle in each cell.
-// [Chen 2002, §6.1, Table 1]
-uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells);
+// Bytes of all matrices as the paper counts them: one for each channel of each sample of each triangle in
+// each cell.  [Chen 2002, §6.1, Table 1]
+uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells, size_t channels = 3);
 // Bytes of the triangles in the photographs that see them, which are resampled to one size: three for each
 // sample. `triangleViews` is summed over all vertices.  [Chen 2002, §6.1, Table 1: raw image size]
 uint64_t normalizedBytes(size_t triangleViews, size_t samples);

@@ -76,7 +76,7 @@ private:
   double priorOfCell() const {
     return kPriorShare * std::max(squaredError_, negligible_) / entries_ * static_cast<double>(numbers());
   }
-  size_t numbers() const { return kPlanes * sums_.cells(); } // of a column of V
+  size_t numbers() const { return sums_.planes() * sums_.cells(); } // of a column of V
 
   PlainFactors factors_;
   std::vector<double> lengths_; // squared, of the columns of U
@@ -88,8 +88,8 @@ private:
 Fit::Fit(ArrangedMatrix matrix, size_t terms, double negligible)
     : negligible_(negligible), sums_(std::move(matrix)) {
   factors_ = leadingTerms(sums_.weightedValues(), terms, negligible_);
-  factors_.mean.assign(kPlanes * sums_.rows(), 0);
-  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(kPlanes);
+  factors_.mean.assign(sums_.planes() * sums_.rows(), 0);
+  for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(sums_.planes());
   const MatrixXd gram = gramOf(factors_.surface);
   for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
   squaredError_ = std::max(0.0, sums_.squares() - gram.trace());
@@ -112,8 +112,8 @@ void Fit::fitRows() {
     const auto sumOfView = [&](size_t c) {
       return vectorAt(pairs.row(row) + pairsOf(count) + c * count, count);
     };
-    const double* const b = sums_.rowSums().data() + row * kPlanes;
-    for (size_t c = 0; c < kPlanes; ++c) {
+    const double* const b = sums_.rowSums().data() + row * sums_.planes();
+    for (size_t c = 0; c < sums_.planes(); ++c) {
       const VectorXd p = sumOfView(c);
       reduced.noalias() -= p * p.transpose() / weight;
       reducedRight -= p * (b[c] / weight);
@@ -124,9 +124,9 @@ void Fit::fitRows() {
     store(u, factors_.surface.row(row));
 
     squares += u.dot(gram * u) - 2 * u.dot(right);
-    for (size_t c = 0; c < kPlanes; ++c) {
+    for (size_t c = 0; c < sums_.planes(); ++c) {
       const double along_c = sumOfView(c).dot(u), mean = (b[c] - along_c) / weight;
-      factors_.mean[row * kPlanes + c] = static_cast<float>(mean);
+      factors_.mean[row * sums_.planes() + c] = static_cast<float>(mean);
       squares += mean * (2 * along_c - 2 * b[c] + weight * mean);
     }
   }
@@ -141,7 +141,7 @@ void Fit::fitCells() {
     MatrixXd gram = unpacked(pairs.row(n), count);
     gram.diagonal().array() += priorOfCell() + kRidge * gram.trace();
     const Eigen::LDLT<MatrixXd> solver(gram);
-    for (size_t c = 0; c < kPlanes; ++c) {
+    for (size_t c = 0; c < sums_.planes(); ++c) {
       const size_t place = c * sums_.stride() + n;
       const VectorXd right =
           vectorAt(along.row(place), count) - vectorAt(pairs.row(n) + pairsOf(count) + c * count, count);
@@ -152,7 +152,7 @@ void Fit::fitCells() {
 
 void Fit::orthogonalise() {
   const size_t count = terms();
-  for (size_t c = 0; c < kPlanes; ++c) {
+  for (size_t c = 0; c < sums_.planes(); ++c) {
     VectorXd mean = VectorXd::Zero(count);
     for (size_t n = 0; n < sums_.cells(); ++n)
       mean += vectorAt(factors_.view.row(c * sums_.stride() + n), count);
@@ -161,7 +161,7 @@ void Fit::orthogonalise() {
       for (size_t k = 0; k < count; ++k)
         factors_.view.row(c * sums_.stride() + n)[k] -= static_cast<float>(mean[k]);
     for (size_t row = 0; row < sums_.rows(); ++row)
-      factors_.mean[row * kPlanes + c] +=
+      factors_.mean[row * sums_.planes() + c] +=
           static_cast<float>(vectorAt(factors_.surface.row(row), count).dot(mean));
   }
   // V = W S, where W is orthonormal; U S' = Q L R' gives U V' = (Q L) (W R)'.

@@ -32,12 +32,12 @@ Eigen::MatrixXd unpacked(const float* pairs, size_t terms) {
 }
 
 WeightedSums::WeightedSums(ArrangedMatrix matrix)
-    : stride_(matrix.stride), cells_(matrix.cells), values_(0, 0), weights_(0, 0) {
+    : planes_(matrix.planes), stride_(matrix.stride), cells_(matrix.cells), values_(0, 0), weights_(0, 0) {
   for (size_t row = 0; row < matrix.rows(); ++row) {
     double weights = 0;
     for (size_t n = 0; n < cells_; ++n) weights += matrix.weights ? matrix.weights->row(row)[n] : 1;
     rowWeights_.push_back(weights);
-    for (size_t c = 0; c < kPlanes; ++c) {
+    for (size_t c = 0; c < planes_; ++c) {
       double sum = 0, squares = 0;
       for (size_t n = 0; n < cells_; ++n) {
         float& value = matrix.plane(row, c)[n];
@@ -63,9 +63,9 @@ PaddedRows<float> WeightedSums::alongSurface(const PaddedRows<float>& surface) c
 
 PaddedRows<float> WeightedSums::viewPairs(const PaddedRows<float>& view, bool withSums) const {
   const size_t terms = view.columns(), pairs = pairsOf(terms);
-  PaddedRows<float> ofCells = filled(cells_, pairs + (withSums ? kPlanes * terms : 0), 0);
+  PaddedRows<float> ofCells = filled(cells_, pairs + (withSums ? planes_ * terms : 0), 0);
   for (size_t n = 0; n < cells_; ++n)
-    for (size_t c = 0; c < kPlanes; ++c) {
+    for (size_t c = 0; c < planes_; ++c) {
       const float* const v = view.row(c * stride_ + n);
       addPairs(v, terms, ofCells.row(n));
       if (withSums) std::copy_n(v, terms, ofCells.row(n) + pairs + c * terms);
@@ -76,14 +76,14 @@ PaddedRows<float> WeightedSums::viewPairs(const PaddedRows<float>& view, bool wi
 PaddedRows<float> WeightedSums::surfacePairs(const PaddedRows<float>& surface,
                                              const std::vector<float>& mean) const {
   const size_t terms = surface.columns(), pairs = pairsOf(terms);
-  PaddedRows<float> ofRows = filled(rows(), pairs + (mean.empty() ? 0 : kPlanes * terms), 0);
+  PaddedRows<float> ofRows = filled(rows(), pairs + (mean.empty() ? 0 : planes_ * terms), 0);
   for (size_t i = 0; i < rows(); ++i) {
     const float* const u = surface.row(i);
     addPairs(u, terms, ofRows.row(i));
     if (!mean.empty())
-      for (size_t c = 0; c < kPlanes; ++c)
+      for (size_t c = 0; c < planes_; ++c)
         for (size_t k = 0; k < terms; ++k)
-          ofRows.row(i)[pairs + c * terms + k] = mean[i * kPlanes + c] * u[k];
+          ofRows.row(i)[pairs + c * terms + k] = mean[i * planes_ + c] * u[k];
   }
   return weights_.rows() ? innerProducts(weights_, ofRows) : product(filled(1, rows(), 1), ofRows);
 }

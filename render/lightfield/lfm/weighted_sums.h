@@ -24,16 +24,17 @@ public:
   explicit WeightedSums(ArrangedMatrix matrix);
 
   size_t rows() const { return values_.rows(); }
+  size_t planes() const { return planes_; }
   size_t stride() const { return stride_; }
   size_t cells() const { return cells_; }
   double squares() const { return squares_; } // sum w a^2
   const PaddedRows<float>& weightedValues() const { return values_; }
 
   // For each row: sum w a_c of each plane c; sum w.
-  const std::vector<double>& rowSums() const { return rowSums_; }       // [rows][kPlanes]
+  const std::vector<double>& rowSums() const { return rowSums_; }       // [rows][planes]
   const std::vector<double>& rowWeights() const { return rowWeights_; } // [rows]
 
-  // sum over cells and planes of w a v: [rows][terms]; sum over rows of w a u: [kPlanes x stride][terms].
+  // sum over cells and planes of w a v: [rows][terms]; sum over rows of w a u: [planes x stride][terms].
   PaddedRows<float> alongView(const PaddedRows<float>& view) const;
   PaddedRows<float> alongSurface(const PaddedRows<float>& surface) const;
 
@@ -45,7 +46,7 @@ public:
   PaddedRows<float> surfacePairs(const PaddedRows<float>& surface, const std::vector<float>& mean) const;
 
 private:
-  size_t stride_, cells_;
+  size_t planes_, stride_, cells_;
   PaddedRows<float> values_;  // w a
   PaddedRows<float> weights_; // none if all are 1
   std::vector<double> rowSums_, rowWeights_;

@@ -20,11 +20,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
     report.seconds[step] = stopwatch.seconds();
     stopwatch = {};
   };
-  report.isHull = options.hull || views.geometry().origin == proxy::Impostor::Origin::hull;
-  if (report.isHull) views.replaceMesh(opacityHull(views, progress), progress);
-  if (options.triangles > 0)
-    views.replaceMesh(withoutUnused(withoutFlat(coarseAround(views.mesh(), options.triangles), progress)),
-                      progress);
+  report.isHull = replaceMesh(views, {options.hull, options.triangles}, progress);
   lap("mesh");
   OpacityField field;
   field.method = options.method, field.domain = options.domain;

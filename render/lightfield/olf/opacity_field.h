@@ -29,6 +29,18 @@ enum class Order {
   bsp   // triangles back to front by a BSP tree, as in the paper
 };
 
+inline const char* nameOf(Order order) {
+  switch (order) {
+  case Order::list:
+    return "list";
+  case Order::peel:
+    return "peel";
+  case Order::bsp:
+    return "bsp";
+  }
+  return "";
+}
+
 // Bits of half floats: linear colour premultiplied by alpha, and alpha.
 using Texel = std::array<uint16_t, 4>;
 

@@ -112,6 +112,26 @@ void writeField(const OpacityField& field, const capture::Capture& capture,
                 progress);
 }
 
+void parseViews(std::span<const std::byte> bytes, OpacityField& field) {
+  lightfield::Reader reader(bytes);
+  const size_t views = field.cameras.size();
+  for (size_t view = 0; view < views; ++view)
+    field.packed.views.push_back(packedView(reader, field.packed, "view " + std::to_string(view)));
+  field.visible = visibleViewsOf(reader, field.mesh.positions.size(), views);
+  reader.requireEnd();
+}
+
+void parseTexels(std::span<const std::byte> bytes, OpacityField& field) {
+  const uint64_t expected = sizeof(Texel) * static_cast<uint64_t>(field.packed.width) *
+                            static_cast<uint64_t>(field.packed.height) * field.cameras.size();
+  if (bytes.size() != expected)
+    throw Error::mismatch(std::to_string(expected) + " bytes", std::to_string(bytes.size()) + " bytes");
+  field.packed.texels = lightfield::Reader(bytes).takeMany<Texel>(bytes.size() / sizeof(Texel), "texels");
+  for (size_t i = 0; i < field.packed.texels.size(); ++i)
+    if (std::ranges::any_of(field.packed.texels[i], [](uint16_t half) { return (half & 0x7fff) > 0x7bff; }))
+      throw Error("is not finite").at("texel " + std::to_string(i));
+}
+
 OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress) {
   OpacityField field;
   field.method = static_cast<Method>(folder.count("method", 0, 1));
@@ -133,26 +153,18 @@ OpacityField readField(const lightfield::LightFieldFolder& folder, const Progres
 
   const std::vector<std::byte> bytes = checkedBytes(folder, kViewsFile, progress);
   try {
-    lightfield::Reader reader(bytes);
-    for (size_t view = 0; view < views; ++view)
-      field.packed.views.push_back(packedView(reader, field.packed, "view " + std::to_string(view)));
-    field.visible = visibleViewsOf(reader, field.mesh.positions.size(), views);
-    reader.requireEnd();
+    parseViews(bytes, field);
   } catch (Error& error) {
     throw std::move(error).in(folder.file(kViewsFile));
   }
   field.visible.unseenVertices = folder.count("unseen_vertices", 0, field.mesh.positions.size());
 
   const std::vector<std::byte> texels = checkedBytes(folder, kTexelsFile, progress);
-  const uint64_t expected = sizeof(Texel) * static_cast<uint64_t>(field.packed.width) *
-                            static_cast<uint64_t>(field.packed.height) * views;
-  if (texels.size() != expected)
-    throw Error::mismatch(std::to_string(expected) + " bytes", std::to_string(texels.size()) + " bytes")
-        .in(folder.file(kTexelsFile));
-  field.packed.texels = lightfield::Reader(texels).takeMany<Texel>(texels.size() / sizeof(Texel), "texels");
-  for (size_t i = 0; i < field.packed.texels.size(); ++i)
-    if (std::ranges::any_of(field.packed.texels[i], [](uint16_t half) { return (half & 0x7fff) > 0x7bff; }))
-      throw Error("is not finite").at("texel " + std::to_string(i)).in(folder.file(kTexelsFile));
+  try {
+    parseTexels(texels, field);
+  } catch (Error& error) {
+    throw std::move(error).in(folder.file(kTexelsFile));
+  }
   return field;
 }
 

@@ -10,7 +10,9 @@
 #include "srf/capture/capture.h"
 #include "surfel/base/progress.h"
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 
 namespace surflect::olf {
 
@@ -26,5 +28,10 @@ void writeField(const OpacityField& field, const capture::Capture& capture,
 // Reads a field. Throws Error naming the file and field if a number is out of range, a view does not exist,
 // lies outside its layer or is no plain pinhole, or a texel is not finite; and Cancelled.
 OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress = {});
+
+// Read the content of views.bin and of texels.bin into a field that has its mesh, its cameras and the size of
+// a layer. Throw Error naming the field as readField() does.
+void parseViews(std::span<const std::byte> bytes, OpacityField& field);
+void parseTexels(std::span<const std::byte> bytes, OpacityField& field);
 
 } // namespace surflect::olf

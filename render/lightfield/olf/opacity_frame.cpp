@@ -4,6 +4,7 @@
 #include "render/gl/draw.h"
 #include "render/gl/projection.h"
 #include "render/lightfield/olf/shaders.h"
+#include "render/lightfield/olf/storage_bindings.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"
 
@@ -11,6 +12,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -19,9 +21,8 @@ namespace surflect::olf {
 namespace {
 
 // As in the shaders.
-constexpr size_t kPieceWords = 16, kNodeWords = 5;
+constexpr size_t kPieceWords = 16;
 static_assert(sizeof(TriangleBlend) == 37 * 4);
-enum Binding : unsigned { kPieces, kDrawn, kBlends, kPlaces, kHeads, kNodes, kCounter };
 
 uint32_t bitsOf(double value) { return std::bit_cast<uint32_t>(static_cast<float>(value)); }
 
@@ -100,13 +101,9 @@ capture::Camera<AcquisitionSpace> centredAt(const Vec3<double>& origin,
 } // namespace
 
 OpacityFrame::Target::Target(int width, int height, Order order)
-    : color({gl::Format::rgba32f, width, height}),
-      layer({gl::Format::rgba32f, order == Order::peel ? width : 1, order == Order::peel ? height : 1}),
-      depths{gl::Texture({gl::Format::depth32f, layer.shape().width, layer.shape().height}),
-             gl::Texture({gl::Format::depth32f, layer.shape().width, layer.shape().height})},
-      whole("opacity", {{&color}}), first("layer", {{&layer}}, {&depths[0]}),
-      second("layer", {{&layer}}, {&depths[1]}),
-      heads(order == Order::list ? 4 * static_cast<size_t>(width) * static_cast<size_t>(height) : 4) {}
+    : color({gl::Format::rgba32f, width, height}), whole("opacity", {{&color}}) {
+  if (order == Order::peel) layers.emplace(width, height);
+}
 
 OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progress& progress)
     : field_(field), order_(order),
@@ -117,7 +114,7 @@ OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progres
       box_(boundsOf(field.mesh.positions).translated(-middle_)), pictures_(pictureTexture(field.packed)),
       pieces_(4 * kPieceWords * pieceCount_), drawn_(4 * pieceCount_),
       blends_(sizeof(TriangleBlend) * field.mesh.triangles.size()), places_(64 * field.cameras.size()),
-      counter_(4), none_({}), shade_(kShaders, {"piece.vert", fragmentShaderOf(order)}),
+      none_({}), shade_(kShaders, {"piece.vert", fragmentShaderOf(order)}),
       textureBytes_(std::span(field.packed.texels).size_bytes()) {
   const std::vector<Piece> whole = tree_ ? std::vector<Piece>() : wholePieces(field.mesh);
   const std::vector<uint32_t> words = wordsOf(tree_ ? tree_->pieces() : whole, middle_);
@@ -127,58 +124,29 @@ OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progres
   drawn_.upload(std::as_bytes(std::span(drawn)));
   const std::vector<float> places = placesOf(field, middle_);
   places_.upload(std::as_bytes(std::span(places)));
-  if (order == Order::list)
-    finish_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "resolve.frag"});
+  if (order == Order::list) lists_.emplace();
   if (order == Order::peel)
-    finish_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "compose.frag"});
+    compose_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "compose.frag"});
 }
 
 void OpacityFrame::drawLists(FrameCounts& counts) {
-  const int width = target_->color.shape().width, height = target_->color.shape().height;
-  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
-  if (!nodes_) nodes_.emplace(4 * kNodeWords * pixels);
-  shade_.set("width", width);
-  finish_->set("width", width);
   const std::array<const gl::Texture*, 1> textures{&pictures_};
-  target_->heads.bind(kHeads);
-  while (true) {
-    const size_t capacity = nodes_->bytes() / (4 * kNodeWords);
-    nodes_->bind(kNodes);
-    target_->heads.clear(0), counter_.clear(0);
-    shade_.set("capacity", static_cast<int>(capacity));
-    gl::draw({target_->whole,
-              shade_,
-              textures,
-              {.writeColor = {false, false, false, false}, .cull = gl::Cull::back}},
-             none_, {0, 3 * pieceCount_});
-    ++counts.passes;
-    counts.fragments = counter_.read(0);
-    if (counts.fragments <= capacity) break;
-    nodes_.emplace(4 * kNodeWords * counts.fragments * 5 / 4); // and draw again
-  }
-  gl::finishStores();
-  gl::draw({target_->whole, *finish_, {}, {}}, none_, {0, 3});
+  lists_->draw(target_->whole, shade_, textures, none_, {0, 3 * pieceCount_}, counts);
 }
 
 void OpacityFrame::drawLayers(FrameCounts& counts) {
-  for (size_t layer = 0;; ++layer) {
-    gl::Framebuffer& target = layer % 2 == 0 ? target_->first : target_->second;
-    const std::array<const gl::Texture*, 2> textures{&pictures_, &target_->depths[(layer + 1) % 2]};
-    target.clearColor(0, {0, 0, 0, 0});
-    target.clearDepth();
-    counter_.clear(0);
-    shade_.set("isFirst", layer == 0 ? 1 : 0);
-    gl::draw(
-        {target, shade_, textures, {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
-        none_, {0, 3 * pieceCount_});
+  constexpr size_t kAll = std::numeric_limits<size_t>::max();
+  target_->layers->draw(target_->whole, *compose_, kAll, counts, [&](const PeeledLayer& layer) {
+    const std::array<const gl::Texture*, 2> textures{&pictures_, &layer.before};
+    shade_.set("isFirst", layer.isFirst ? 1 : 0);
+    gl::draw({layer.target,
+              shade_,
+              textures,
+              {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
+             none_, {0, 3 * pieceCount_});
     ++counts.passes;
-    const size_t found = counter_.read(0);
-    if (found == 0) return;
-    counts.fragments += found;
-    const std::array<const gl::Texture*, 1> drawn{&target_->layer};
-    gl::draw({target_->whole, *finish_, drawn, {.blend = {gl::Factor::oneMinusTargetAlpha, gl::Factor::one}}},
-             none_, {0, 3});
-  }
+    return layer.fragments.read(0);
+  });
 }
 
 void OpacityFrame::drawBackToFront(const Vec3<double>& viewer, FrameCounts& counts) {
@@ -199,7 +167,6 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
   const int width = camera.lens.width, height = camera.lens.height;
   if (!target_ || target_->color.shape().width != width || target_->color.shape().height != height) {
     target_.reset();
-    nodes_.reset();
     target_.emplace(width, height, order_);
   }
   gl::Stopwatch stopwatch;
@@ -209,8 +176,7 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
   };
   shade_.set("clipFromObject", gl::clipFromWorld(centredAt(middle_, camera), box_));
   blends_.upload(std::as_bytes(blends));
-  pieces_.bind(kPieces), drawn_.bind(kDrawn), blends_.bind(kBlends), places_.bind(kPlaces),
-      counter_.bind(kCounter);
+  pieces_.bind(kPieces), drawn_.bind(kDrawn), blends_.bind(kBlends), places_.bind(kPlaces);
   target_->whole.clearColor(0, {0, 0, 0, 0});
   lap("upload");
   if (order_ == Order::list)

@@ -13,6 +13,9 @@
 #include "render/gl/texture.h"
 #include "render/gl/vertex_array.h"
 #include "render/lightfield/olf/bsp_tree.h"
+#include "render/lightfield/olf/depth_layers.h"
+#include "render/lightfield/olf/fragment_lists.h"
+#include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_field.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
@@ -29,11 +32,6 @@
 #include <string>
 
 namespace surflect::olf {
-
-struct FrameCounts {
-  size_t passes = 0;    // that draw the mesh
-  size_t fragments = 0; // in the lists, or of all layers; not counted for the BSP tree
-};
 
 // Belongs to the current context, as the objects of render/gl do.
 class OpacityFrame {
@@ -52,10 +50,9 @@ public:
 
 private:
   struct Target {
-    gl::Texture color, layer;
-    std::array<gl::Texture, 2> depths; // of the layer, and of the one before
-    gl::Framebuffer whole, first, second;
-    gl::StorageBuffer heads;
+    gl::Texture color;
+    gl::Framebuffer whole;
+    std::optional<DepthLayers> layers; // for depth peeling
     Target(int width, int height, Order order);
   };
 
@@ -70,11 +67,11 @@ private:
   Vec3<double> middle_; // positions on the GPU are relative to it
   Eigen::AlignedBox3d box_;
   gl::Texture pictures_;
-  gl::StorageBuffer pieces_, drawn_, blends_, places_, counter_;
-  std::optional<gl::StorageBuffer> nodes_;
+  gl::StorageBuffer pieces_, drawn_, blends_, places_;
   gl::VertexArray none_;
   gl::Program shade_;
-  std::optional<gl::Program> finish_; // resolves lists, or composes layers
+  std::optional<gl::Program> compose_; // of depth peeling
+  std::optional<FragmentLists> lists_;
   std::optional<Target> target_;
   size_t textureBytes_ = 0;
 };

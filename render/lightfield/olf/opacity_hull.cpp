@@ -92,4 +92,13 @@ TriangleMesh opacityHull(const lightfield::Views& views, const Progress& progres
   }
 }
 
+bool replaceMesh(lightfield::Views& views, const MeshChoice& choice, const Progress& progress) {
+  const bool isHull = choice.hull || views.geometry().origin == proxy::Impostor::Origin::hull;
+  if (isHull) views.replaceMesh(opacityHull(views, progress), progress);
+  if (choice.triangles > 0)
+    views.replaceMesh(withoutUnused(withoutFlat(coarseAround(views.mesh(), choice.triangles), progress)),
+                      progress);
+  return isHull;
+}
+
 } // namespace surflect::olf

@@ -21,4 +21,13 @@ TriangleMesh coarseAround(const TriangleMesh& mesh, size_t triangles);
 // view has a pixel without alpha; and Cancelled.
 TriangleMesh opacityHull(const lightfield::Views& views, const Progress& progress = {});
 
+struct MeshChoice {
+  bool hull = false;    // an opacity hull, even if the capture has a mesh
+  size_t triangles = 0; // of the mesh, at most; 0: as it is
+};
+
+// Replaces the mesh of views by the mesh that is asked for; a capture without a mesh has an opacity hull.
+// Returns whether the mesh is one. Throws Error and Cancelled.
+bool replaceMesh(lightfield::Views& views, const MeshChoice& choice, const Progress& progress = {});
+
 } // namespace surflect::olf

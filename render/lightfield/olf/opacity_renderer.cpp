@@ -14,22 +14,6 @@
 
 namespace surflect::olf {
 
-namespace {
-
-const char* nameOf(Order order) {
-  switch (order) {
-  case Order::list:
-    return "list";
-  case Order::peel:
-    return "peel";
-  case Order::bsp:
-    return "bsp";
-  }
-  return "";
-}
-
-} // namespace
-
 OpacityRenderer::OpacityRenderer(const std::filesystem::path& folder, const OpacityOptions& options,
                                  const Progress& progress)
     : folder_(folder, kFormat, kVersion, progress), options_(options), context_(gl::contextOfThread()) {

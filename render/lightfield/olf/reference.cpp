@@ -16,18 +16,12 @@ namespace surflect::olf {
 
 namespace {
 
-struct Fragment {
-  double depth;
-  uint32_t triangle;
-  Vec3<double> barycentric;
+bool isBefore(const FrontHit& a, const FrontHit& b) {
+  return std::tie(a.distance, a.triangle) < std::tie(b.distance, b.triangle);
+}
 
-  bool operator<(const Fragment& other) const {
-    return std::tie(depth, triangle) < std::tie(other.depth, other.triangle);
-  }
-};
-
-// Front of a triangle along a ray: d = distance; empty if the ray misses it or meets its back.
-std::optional<Fragment> met(const std::array<Vec3<double>, 3>& corners, uint32_t triangle,
+// Front of a triangle along a ray; empty if the ray misses it or meets its back.
+std::optional<FrontHit> met(const std::array<Vec3<double>, 3>& corners, uint32_t triangle,
                             const Vec3<double>& origin, const Vec3<double>& direction) {
   const Vec3<double> e1 = corners[1] - corners[0], e2 = corners[2] - corners[0], p = direction.cross(e2);
   const double determinant = e1.dot(p);
@@ -36,7 +30,7 @@ std::optional<Fragment> met(const std::array<Vec3<double>, 3>& corners, uint32_t
   const double b = t.dot(p) / determinant, c = direction.dot(q) / determinant,
                distance = e2.dot(q) / determinant;
   if (!(b >= 0 && c >= 0 && b + c <= 1 && distance > 0)) return std::nullopt;
-  return Fragment{distance, triangle, {1 - b - c, b, c}};
+  return FrontHit{distance, triangle, {1 - b - c, b, c}};
 }
 
 struct Box {
@@ -95,8 +89,9 @@ Eigen::Vector4d blendAt(const OpacityField& field, const TriangleBlend& blend, c
   return sum;
 }
 
-ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
-                                  const capture::Camera<AcquisitionSpace>& camera) {
+ReferencePicture composited(
+    const TriangleMesh& mesh, const capture::Camera<AcquisitionSpace>& camera,
+    const std::function<Eigen::Vector4d(const FrontHit& hit, const Vec3<double>& direction)>& colorOf) {
   const int width = camera.lens.width, height = camera.lens.height;
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const Vec3<double> origin = camera.center().raw();
@@ -105,32 +100,36 @@ ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& 
     for (int x = 0; x < width; ++x)
       directions.push_back(
           worldFromCamera(capture::rayThrough(camera.lens, {x + 0.5, y + 0.5})->direction).raw());
-  std::vector<std::vector<Fragment>> fragments(directions.size());
-  for (uint32_t t = 0; t < field.mesh.triangles.size(); ++t) {
+  std::vector<std::vector<FrontHit>> hits(directions.size());
+  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     std::array<Vec3<double>, 3> corners;
-    for (size_t i = 0; i < 3; ++i)
-      corners[i] = field.mesh.positions[field.mesh.triangles[t][i]].cast<double>().raw();
+    for (size_t i = 0; i < 3; ++i) corners[i] = mesh.positions[mesh.triangles[t][i]].cast<double>().raw();
     const Box box = boxOf(corners, camera);
     for (int y = box.y0; y < box.y1; ++y)
       for (int x = box.x0; x < box.x1; ++x) {
         const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
-        if (const auto fragment = met(corners, t, origin, directions[pixel]))
-          fragments[pixel].push_back(*fragment);
+        if (const auto hit = met(corners, t, origin, directions[pixel])) hits[pixel].push_back(*hit);
       }
   }
-  const std::vector<TriangleBlend> blends = blender.blends(origin);
   ReferencePicture picture{image::Image(width, height, 4), 0};
-  for (const auto& ofPixel : fragments) picture.mostLayers = std::max(picture.mostLayers, ofPixel.size());
-  tbb::parallel_for(size_t{0}, fragments.size(), [&](size_t pixel) {
-    std::ranges::sort(fragments[pixel], std::less<>());
+  for (const auto& ofPixel : hits) picture.mostLayers = std::max(picture.mostLayers, ofPixel.size());
+  tbb::parallel_for(size_t{0}, hits.size(), [&](size_t pixel) {
+    std::ranges::sort(hits[pixel], isBefore);
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const Fragment& fragment : fragments[pixel])
-      sum += (1 - sum[3]) * blendAt(field, blends[fragment.triangle],
-                                    origin + fragment.depth * directions[pixel], fragment.barycentric);
+    for (const FrontHit& hit : hits[pixel]) sum += (1 - sum[3]) * colorOf(hit, directions[pixel]);
     for (size_t c = 0; c < 4; ++c)
       picture.color.values[4 * pixel + c] = static_cast<float>(sum[static_cast<Eigen::Index>(c)]);
   });
   return picture;
+}
+
+ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
+                                  const capture::Camera<AcquisitionSpace>& camera) {
+  const Vec3<double> origin = camera.center().raw();
+  const std::vector<TriangleBlend> blends = blender.blends(origin);
+  return composited(field.mesh, camera, [&](const FrontHit& hit, const Vec3<double>& direction) {
+    return blendAt(field, blends[hit.triangle], origin + hit.distance * direction, hit.barycentric);
+  });
 }
 
 } // namespace surflect::olf

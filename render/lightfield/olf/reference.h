@@ -10,9 +10,14 @@
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
+#include "surfel/geometry/mesh.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 
 namespace surflect::olf {
 
@@ -23,13 +28,25 @@ Eigen::Vector4d texelAt(const PackedViews& packed, size_t view, const capture::P
 Eigen::Vector4d blendAt(const OpacityField& field, const TriangleBlend& blend, const Vec3<double>& point,
                         const Vec3<double>& barycentric);
 
+// A triangle that a ray meets from its front.
+struct FrontHit {
+  double distance = 0;
+  uint32_t triangle = 0;
+  Vec3<double> barycentric = Vec3<double>::Zero();
+};
+
 struct ReferencePicture {
   image::Image color;    // RGBA, premultiplied
   size_t mostLayers = 0; // fragments of a pixel, at most
 };
 
-// c = sum_i c_i prod_{j < i} (1 - alpha_j). Triangles at equal depth are in the order of the mesh. The camera
-// is a plain pinhole.
+// c = sum_i c_i prod_{j < i} (1 - alpha_j), with premultiplied colorOf(hit, direction of the ray) of each
+// hit. Triangles at equal depth are in the order of the mesh. The camera is a plain pinhole.
+ReferencePicture
+composited(const TriangleMesh& mesh, const capture::Camera<AcquisitionSpace>& camera,
+           const std::function<Eigen::Vector4d(const FrontHit& hit, const Vec3<double>& direction)>& colorOf);
+
+// Picture of blended views.
 ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
                                   const capture::Camera<AcquisitionSpace>& camera);
 

@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,42 @@ MatrixXd centred(const GlossyMatrix& matrix) {
       for (Eigen::Index n = c; n < f.cols(); n += 3) f(row, n) -= mean;
     }
   return f;
+}
+
+// A fourth channel that is the mean of the others.
+GlossyMatrix withOpacity(const GlossyMatrix& matrix) {
+  GlossyMatrix four{matrix.samples, matrix.cells, {}, matrix.weights};
+  for (size_t i = 0; i < matrix.radiance.size(); i += 3) {
+    const auto rgb = std::span(matrix.radiance).subspan(i, 3);
+    four.radiance.insert(four.radiance.end(), rgb.begin(), rgb.end());
+    four.radiance.push_back((rgb[0] + rgb[1] + rgb[2]) / 3);
+  }
+  return four;
+}
+
+// Whole columns are unobserved, or single entries, or none.
+TEST(Factorization, AFourthChannelThatTheOthersGiveIsFittedAsTheyAre) {
+  for (const double holes : {0.0, 0.2})
+    for (const bool isColumns : {false, true}) {
+      GlossyMatrix four = withOpacity(withHoles(holes));
+      if (isColumns)
+        for (size_t i = 0; i < four.weights.size(); ++i) four.weights[i] = i % four.cells > 20;
+      const LightFieldMatrix matrix{four.samples, four.cells, four.radiance, four.weights, 4};
+      for (const Method method : {Method::pca, Method::nmf}) {
+        const Factors factors = factorized(matrix, {.method = method, .terms = 4});
+        EXPECT_EQ(factors.channels, 4u);
+        const std::vector<float> values = product(factors, 4);
+        ASSERT_EQ(values.size(), four.radiance.size());
+        EXPECT_LT(errorOf(factors, 4, matrix).rms(), method == Method::pca ? 0.02 : 0.04);
+        double squares = 0, count = 0;
+        for (size_t i = 0; i < values.size(); i += 4) {
+          if (four.weights[i / 4] == 0) continue;
+          const float mean = (values[i] + values[i + 1] + values[i + 2]) / 3;
+          squares += std::pow(double{values[i + 3]} - double{mean}, 2), ++count;
+        }
+        EXPECT_LT(std::sqrt(squares / count), 0.02);
+      }
+    }
 }
 
 TEST(Pca, EqualsThePowerIterationOfTheAppendix) {

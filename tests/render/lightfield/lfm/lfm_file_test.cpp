@@ -123,6 +123,8 @@ TEST(LfmFile, ErrorsNameTheField) {
             "terms[1].surface.mapOf[4]: found 8, expected below 8");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.frames[2].x *= 1.001; }),
             "frames[2]: axes are not unit vectors at right angles");
+  EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.frames[2].z[1] = std::numeric_limits<double>::quiet_NaN(); }),
+            "frames[2]: axes are not unit vectors at right angles");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.samples = 257; }), "samples: found 257, expected 2..256");
   std::vector<std::byte> bytes = mapsBytes(sample());
   const uint64_t vertices = 10;

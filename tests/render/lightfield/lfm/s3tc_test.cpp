@@ -29,6 +29,39 @@ TEST(S3tc, BlocksDecodeByTheRuleOfTheExtension) {
   EXPECT_TRUE(std::equal(black.begin(), black.end(), three_texels.begin()));
 }
 
+TEST(S3tc, AlphasOfDxt5DecodeByTheRuleOfTheExtension) {
+  // Codes 0 to 7, then zeros. Eight mixtures if the first alpha is larger; else six, 0 and 255.
+  const std::vector<uint8_t> codes = {0x88, 0xc6, 0xfa, 0, 0, 0};
+  const auto alphasOf = [&](uint8_t first, uint8_t second) {
+    std::vector<uint8_t> block = {first, second};
+    block.insert(block.end(), codes.begin(), codes.end());
+    block.insert(block.end(), {0x1f, 0x00, 0x00, 0xf8, 0b11100100, 0, 0, 0});
+    return s3tcTexels(block, 4, 4, Blocks::dxt5);
+  };
+  const std::vector<uint8_t> eight = alphasOf(210, 0), six = alphasOf(0, 200);
+  const std::vector<int> eightExpected = {210, 0, 180, 150, 120, 90, 60, 30, 210},
+                         sixExpected = {0, 200, 40, 80, 120, 160, 0, 255, 0};
+  for (size_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(eight[4 * i + 3], eightExpected[i]) << i;
+    EXPECT_EQ(six[4 * i + 3], sixExpected[i]) << i;
+  }
+  // Colours always have two mixtures: blue, red, and two thirds of each.
+  const std::vector<uint8_t> colors = {0, 0, 255, 255, 0, 0, 85, 0, 170, 170, 0, 85};
+  for (size_t i = 0; i < 12; ++i) EXPECT_EQ(eight[4 * (i / 3) + i % 3], colors[i]) << i;
+}
+
+TEST(S3tc, AlphasOfDxt5AreKeptBetterThanColours) {
+  std::vector<uint8_t> rgba;
+  for (size_t y = 0; y < 16; ++y)
+    for (size_t x = 0; x < 16; ++x)
+      for (const size_t value : {40 + 6 * x, 200 - 6 * x, 30 + 3 * x, 8 * (x + y)})
+        rgba.push_back(static_cast<uint8_t>(value));
+  const std::vector<uint8_t> blocks = s3tcBlocks(rgba, 16, 16, Blocks::dxt5);
+  EXPECT_EQ(blocks.size(), 16u * 16);
+  const std::vector<uint8_t> result = s3tcTexels(blocks, 16, 16, Blocks::dxt5);
+  for (size_t i = 0; i < rgba.size(); ++i) EXPECT_LE(std::abs(result[i] - rgba[i]), i % 4 == 3 ? 4 : 6) << i;
+}
+
 TEST(S3tc, FlatBlocksAreOffByTwoAtMostAndOpaque) {
   std::mt19937 random(1);
   for (int i = 0; i < 200; ++i) {

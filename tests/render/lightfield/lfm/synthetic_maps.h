@@ -23,6 +23,7 @@ struct SyntheticOptions {
   int samples = 6, viewSize = 8;
   size_t terms = 3;
   unsigned seed = 1;
+  size_t channels = 3;
 };
 
 // Frames along area-weighted normals.
@@ -54,7 +55,7 @@ inline double numberAt(const std::array<uint32_t, 3>& triangle, const std::array
 inline LightFieldMaps syntheticMaps(TriangleMesh mesh, const SyntheticOptions& options = {}) {
   std::vector<VertexFrame> frames = framesOf(mesh);
   LightFieldMaps maps = emptyMaps(std::move(mesh), std::move(frames), options.method, options.samples,
-                                  options.viewSize, options.terms);
+                                  options.viewSize, options.terms, options.channels);
   const bool isSigned = options.method == Method::pca;
   const PatchGrid grid(options.samples);
   // Byte of a number 0..1: of -1..1 if signed.
@@ -74,10 +75,10 @@ inline LightFieldMaps syntheticMaps(TriangleMesh mesh, const SyntheticOptions& o
         };
         for (size_t k = 0; k < options.terms; ++k)
           maps.terms[k].surface.maps.data[at + corner] = byteOf(numberOf(k));
-        if (isSigned)
-          maps.mean.maps.data[at + corner] = meanByte(
-              0.6 + 0.4 * numberAt(maps.mesh.triangles[t], steps, options.seed + 31 + unsigned(corner)), 1);
       }
+      for (size_t c = 0; c < options.channels && isSigned; ++c)
+        maps.mean.maps.data[options.channels * (t * grid.samples() + sample) + c] =
+            meanByte(0.6 + 0.4 * numberAt(maps.mesh.triangles[t], steps, options.seed + 31 + unsigned(c)), 1);
     }
   // Beyond the last samples that count, a surface map goes on.
   for (size_t t = 0; t < maps.mesh.triangles.size(); ++t)

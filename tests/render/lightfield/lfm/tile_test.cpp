@@ -18,7 +18,8 @@ namespace {
 using namespace lfm::testing;
 
 constexpr MapShape kPacked{MapShape::Kind::patch, 5, 3}, kScalar{MapShape::Kind::patch, 5, 1},
-    kView{MapShape::Kind::view, 6, 3};
+    kView{MapShape::Kind::view, 6, 3}, kOpacityMean{MapShape::Kind::patch, 5, 4},
+    kOpacityView{MapShape::Kind::view, 6, 4};
 
 MapSet numberedMaps(const MapShape& shape, size_t count) {
   MapSet maps{Coding::bytes, count, std::vector<uint8_t>(count * shape.bytes())};
@@ -27,13 +28,13 @@ MapSet numberedMaps(const MapShape& shape, size_t count) {
 }
 
 TEST(Tile, HoldsItsMapsWithoutGapOrOverlap) {
-  for (const MapShape& shape : {kPacked, kScalar, kView}) {
+  for (const MapShape& shape : {kPacked, kScalar, kView, kOpacityMean, kOpacityView}) {
     const TileShape tile = tileShapeOf(shape, Coding::bytes);
     const MapSet maps = numberedMaps(shape, tile.maps);
     const std::vector<uint8_t> rgba = tileTexels(shape, maps, 0);
     std::vector<uint8_t> found, expected = maps.data;
     for (size_t i = 0; i < rgba.size(); ++i)
-      if (i % 4 < 3) found.push_back(rgba[i]);
+      if (i % 4 < 3 || shape.channels == 4) found.push_back(rgba[i]);
     std::ranges::sort(found);
     std::ranges::sort(expected);
     EXPECT_EQ(found, expected); // each byte once, and no texel without a map
@@ -61,11 +62,12 @@ TEST(Tile, SamplesLieAtTheirPlaces) {
 // The last tile is not full: its maps are not disturbed by what fills the rest.
 TEST(Tile, MapsOfAColorThatBlocksHaveAreKeptByCompression) {
   for (const bool isSigned : {false, true})
-    for (const MapShape& shape : {kPacked, kScalar, kView}) {
+    for (const MapShape& shape : {kPacked, kScalar, kView, kOpacityMean, kOpacityView}) {
       const uint8_t one = isSigned ? 127 : 255; // the byte of value 1
       const MapSet maps{Coding::bytes, 7, std::vector<uint8_t>(7 * shape.bytes(), one)};
       const MapSet blocks = encoded(shape, maps, isSigned);
-      EXPECT_EQ(blocks.data.size(), bytesOf(shape, Coding::dxt1, 7));
+      EXPECT_EQ(blocks.coding, shape.channels == 4 ? Coding::dxt5 : Coding::dxt1);
+      EXPECT_EQ(blocks.data.size(), bytesOf(shape, blocks.coding, 7));
       const MapSet again = decoded(shape, blocks, isSigned);
       EXPECT_EQ(again.count, 7u);
       EXPECT_EQ(again.data, maps.data);
@@ -77,6 +79,9 @@ TEST(Tile, BytesAreThoseOfSamplesOrWholeBlocks) {
   const MapShape real{MapShape::Kind::patch, 24, 3};
   EXPECT_EQ(bytesOf(real, Coding::dxt1, 2), 8u * 7 * 6);
   EXPECT_EQ(bytesOf(real, Coding::bytes, 2), 1800u);
+  const MapShape opacity{MapShape::Kind::patch, 24, 4};
+  EXPECT_EQ(bytesOf(opacity, Coding::dxt5, 2), 16u * 7 * 6);
+  EXPECT_EQ(bytesOf(opacity, Coding::bytes, 2), 2400u);
 }
 
 TEST(Tiling, PlacesAreDistinctAndInside) {

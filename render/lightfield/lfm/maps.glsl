@@ -1,0 +1,115 @@
+// Sum of the mean and a range of approximation terms of light field maps: square roots of radiance, and of
+// opacity in maps of four channels.
+// [Chen et al. 2002, Eqs. 3, 6 and 7]
+layout(binding = 0) uniform sampler2DArray surfaceMaps;
+layout(binding = 1) uniform sampler2DArray viewMaps;
+layout(binding = 2) uniform sampler2DArray meanMaps;
+layout(binding = 3) uniform sampler2D places; // see MapTextures::places()
+const int kPlacesWidth = 2048;
+uniform int samples;           // along an edge of a triangle
+uniform float viewSize;        // cells along a side of a view map
+uniform bool isPacked;         // one surface map for all three corners
+uniform vec2 surfaceValue, viewValue; // value = max(x texel + y, -1)
+uniform float meanWhite;
+uniform int termCount;         // of the model: texels of a triangle in `places`
+uniform bool withMean;
+uniform int firstTerm, endTerm;
+in vec2 barycentrics;
+in vec3 towards[3];
+flat in int triangle;
+
+// Linear interpolation between three neighbouring samples of a triangle; blendAt() in patch_blend.h.
+struct PatchBlend {
+  ivec2 a, b, c; // samples (i, j)
+  vec3 weights;
+};
+
+PatchBlend blendAt(vec2 place) {
+  int last = samples - 1;
+  float u = clamp(place.x, 0.0, 1.0) * last;
+  float v = clamp(place.y * last, 0.0, last - u);
+  int i = min(int(u), last - 1), j = min(int(v), last - 1 - i);
+  float x = u - i, y = v - j;
+  if (x + y <= 1.0 || i + j == last - 1)
+    return PatchBlend(ivec2(i, j), ivec2(i + 1, j), ivec2(i, j + 1), vec3(1.0 - x - y, x, y));
+  return PatchBlend(ivec2(i + 1, j + 1), ivec2(i, j + 1), ivec2(i + 1, j), vec3(x + y - 1.0, 1.0 - x, 1.0 - y));
+}
+
+// Sample of a triangle whose corners start at another one; turned() in patch_blend.h.
+ivec2 turned(ivec2 s, int firstCorner) {
+  int rest = samples - 1 - s.x - s.y;
+  return firstCorner == 0 ? s : firstCorner == 1 ? ivec2(s.y, rest) : ivec2(rest, s.x);
+}
+
+vec4 placeAt(int n) { return texelFetch(places, ivec2(n % kPlacesWidth, n / kPlacesWidth), 0); }
+
+// Surface map that has all corners, or a mean.
+vec4 patchAt(sampler2DArray maps, vec4 place, PatchBlend blend, vec2 value) {
+  if (place.w == 0.0) return vec4(0.0); // no map
+  ivec3 origin = ivec3(place.xyz);
+  int step = place.w > 0.0 ? 1 : -1;
+  vec4 a = texelFetch(maps, origin + ivec3(step * blend.a, 0), 0);
+  vec4 b = texelFetch(maps, origin + ivec3(step * blend.b, 0), 0);
+  vec4 c = texelFetch(maps, origin + ivec3(step * blend.c, 0), 0);
+  return blend.weights.x * max(value.x * a + value.y, -1.0) +
+         blend.weights.y * max(value.x * b + value.y, -1.0) +
+         blend.weights.z * max(value.x * c + value.y, -1.0);
+}
+
+// Surface map of one channel, of a corner.
+float cornerAt(vec4 place, PatchBlend blend, int corner) {
+  PatchBlend own = PatchBlend(turned(blend.a, corner), turned(blend.b, corner), turned(blend.c, corner),
+                              blend.weights);
+  vec4 values = patchAt(surfaceMaps, place, own, surfaceValue);
+  float channel = abs(place.w);
+  return channel < 1.5 ? values.r : channel < 2.5 ? values.g : values.b;
+}
+
+// Bilinear interpolation between cells of a view map.
+struct ViewBlend {
+  ivec2 low;    // cell
+  vec2 weights; // of the next ones
+};
+
+// Cells around a direction in the frame of a vertex; constant beyond the outermost centres. [Eq. 7]
+ViewBlend viewBlend(vec3 d) {
+  vec2 xy = d.xy / max(d.z < 0.0 ? length(d.xy) : length(d), 1e-30);
+  vec2 place = clamp((xy + 1.0) * (0.5 * viewSize) - 0.5, 0.0, viewSize - 1.0);
+  ivec2 low = min(ivec2(place), int(viewSize) - 2);
+  return ViewBlend(low, place - vec2(low));
+}
+
+vec4 cellAt(ivec3 place) { return max(viewValue.x * texelFetch(viewMaps, place, 0) + viewValue.y, -1.0); }
+
+vec4 viewAt(vec4 place, ViewBlend blend) {
+  if (place.w == 0.0) return vec4(0.0); // no map
+  ivec3 low = ivec3(place.xyz) + ivec3(blend.low, 0);
+  vec4 lower = mix(cellAt(low), cellAt(low + ivec3(1, 0, 0)), blend.weights.x);
+  vec4 upper = mix(cellAt(low + ivec3(0, 1, 0)), cellAt(low + ivec3(1, 1, 0)), blend.weights.x);
+  return place.w * mix(lower, upper, blend.weights.y);
+}
+
+vec4 rootSum() {
+  PatchBlend blend = blendAt(barycentrics);
+  ViewBlend views[3] = {viewBlend(towards[0]), viewBlend(towards[1]), viewBlend(towards[2])};
+  int texelsOfTerm = isPacked ? 4 : 6;
+  int first = triangle * (1 + termCount * texelsOfTerm);
+  vec4 sum = vec4(0.0);
+  if (withMean) sum = meanWhite * patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
+  vec3 hats = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+  for (int k = firstTerm; k < endTerm; ++k) {
+    int n = first + 1 + k * texelsOfTerm;
+    vec3 surface;
+    if (isPacked) {
+      surface = patchAt(surfaceMaps, placeAt(n), blend, surfaceValue).rgb;
+      n += 1;
+    } else {
+      surface = vec3(cornerAt(placeAt(n), blend, 0), cornerAt(placeAt(n + 1), blend, 1),
+                     cornerAt(placeAt(n + 2), blend, 2));
+      n += 3;
+    }
+    surface *= hats;
+    for (int corner = 0; corner < 3; ++corner) sum += surface[corner] * viewAt(placeAt(n + corner), views[corner]);
+  }
+  return sum;
+}

@@ -1,0 +1,33 @@
+#include "render/lightfield/olf/depth_layers.h"
+
+#include "render/lightfield/olf/storage_bindings.h"
+
+namespace surflect::olf {
+
+DepthLayers::DepthLayers(int width, int height)
+    : color_({gl::Format::rgba32f, width, height}), depths_{gl::Texture(
+                                                                {gl::Format::depth32f, width, height}),
+                                                            gl::Texture(
+                                                                {gl::Format::depth32f, width, height})},
+      targets_{gl::Framebuffer("even layer", {{&color_}}, {&depths_[0]}),
+               gl::Framebuffer("odd layer", {{&color_}}, {&depths_[1]})},
+      none_({}), counter_(4) {}
+
+void DepthLayers::draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most,
+                       FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer) {
+  counter_.bind(kCounter);
+  for (size_t layer = 0; layer < most; ++layer) {
+    gl::Framebuffer& own = targets_[layer % 2];
+    own.clearColor(0, {0, 0, 0, 0});
+    own.clearDepth();
+    counter_.clear(0);
+    const size_t found = drawLayer({own, depths_[(layer + 1) % 2], layer == 0, counter_});
+    if (found == 0) return;
+    counts.fragments += found, ++counts.layers;
+    const std::array<const gl::Texture*, 1> drawn{&color_};
+    gl::draw({target, compose, drawn, {.blend = {gl::Factor::oneMinusTargetAlpha, gl::Factor::one}}}, none_,
+             {0, 3});
+  }
+}
+
+} // namespace surflect::olf

@@ -1,0 +1,34 @@
+// Linked lists of the fragments of each pixel, composited in the order of depths. Fragments at one depth are
+// in the order of their triangles.
+#pragma once
+
+#include "render/gl/draw.h"
+#include "render/gl/framebuffer.h"
+#include "render/gl/program.h"
+#include "render/gl/storage_buffer.h"
+#include "render/gl/texture.h"
+#include "render/gl/vertex_array.h"
+#include "render/lightfield/olf/frame_counts.h"
+
+#include <optional>
+#include <span>
+
+namespace surflect::olf {
+
+class FragmentLists {
+public:
+  FragmentLists();
+
+  // Draws front faces with a program that calls append() of append.glsl, again with more memory if the
+  // fragments do not fit, and writes the composite to the target.
+  void draw(const gl::Framebuffer& target, gl::Program& program, std::span<const gl::Texture* const> textures,
+            const gl::VertexArray& mesh, const gl::Range& part, FrameCounts& counts);
+
+private:
+  gl::Program resolve_;
+  gl::VertexArray none_;
+  gl::StorageBuffer counter_;
+  std::optional<gl::StorageBuffer> heads_, nodes_; // of the last target's size
+};
+
+} // namespace surflect::olf

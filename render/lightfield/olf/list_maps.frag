@@ -1,0 +1,7 @@
+#version 450 core
+// A fragment of light field maps, for the list of its pixel.
+#include "maps.glsl"
+#include "roots.glsl"
+#include "append.glsl"
+
+void main() { append(colorOf(rootSum()), uint(triangle)); }

@@ -1,0 +1,54 @@
+// Builds opacity light field maps from views with alpha.  [Vlasic et al. 2003, §6.1]
+#pragma once
+
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/lfm/factors.h"
+#include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/opacity_hull.h"
+#include "render/lightfield/olf/opacity_maps.h"
+#include "render/lightfield/olf/visible_views.h"
+#include "surfel/base/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace surflect::olf {
+
+struct MapBuildOptions {
+  MeshChoice mesh = {};
+  std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh
+  Order order = Order::list;
+  size_t terms = 3;  // of each vertex, at most
+  int samples = 0;   // along a triangle's edge; 0: as fine as the photographs, in buildMaps()
+  int viewSize = 16; // cells of a view map along each side
+};
+
+struct MapBuildReport {
+  bool isHull = false;
+  size_t triangles = 0, vertices = 0, views = 0;
+  int samples = 0;
+  double white = 1;
+  double meanTerms = 0; // of a vertex
+  // Errors of roots, of which those of alpha are at most 1, after 0, 1, ... terms; over all vertices and
+  // before quantisation
+  std::vector<lfm::FactorError> errors;
+  uint64_t resampledBytes = 0;           // a byte for each channel of each sample in each cell
+  std::map<std::string, double> seconds; // by step; of matrices and factors, summed over threads
+};
+
+// Maps of coding `bytes` of a field and the rings of its mesh, by the options for terms, samples, view size
+// and order. Equal for any number of threads. Throws Error for options out of range, and Cancelled.
+OpacityMaps mapsOf(const OpacityField& field, const lfm::Rings& rings, const MapBuildOptions& options,
+                   MapBuildReport& report, const Progress& progress = {});
+
+// Maps of the training views. A capture without a mesh has an opacity hull. The mesh of `views` may be
+// replaced. Throws Error and Cancelled.
+OpacityMaps buildMaps(lightfield::Views& views, MapBuildOptions options, MapBuildReport& report,
+                      const Progress& progress = {});
+
+} // namespace surflect::olf

@@ -1,0 +1,39 @@
+// Opacity light field maps: light field maps of colour and opacity, drawn in visibility order.
+//
+// [Vlasic 2003, §6] Vlasic et al.: Opacity Light Fields, I3D.
+//
+// The maps have four channels: roots of r / white, g / white, b / white and alpha, where r, g, b are radiance
+// times alpha. Division by white brings all channels to one scale, so that factors fit them equally well.
+#pragma once
+
+#include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/lfm/radiance.h"
+#include "render/lightfield/olf/opacity_field.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstddef>
+
+namespace surflect::olf {
+
+struct OpacityMaps {
+  lfm::LightFieldMaps maps;
+  double white = 1;          // radiance
+  Order order = Order::list; // or peel: maps are not drawn by a BSP tree
+};
+
+inline constexpr size_t kMapChannels = 4;
+
+// Colour, premultiplied, and opacity at a place in the unit direction d to the viewer, by the mean and the
+// first `terms` terms. The sum of terms can be above 1 for opaque places; opacity is at most 1. Maps of
+// coding `bytes`.
+inline Eigen::Vector4d colorAt(const OpacityMaps& maps, const lfm::TrianglePlace& place,
+                               const lfm::Direction& d, size_t terms) {
+  Eigen::Vector4d color = lfm::radianceAt(maps.maps, place, d, terms);
+  color.head<3>() *= maps.white;
+  color[3] = std::min(color[3], 1.0);
+  return color;
+}
+
+} // namespace surflect::olf

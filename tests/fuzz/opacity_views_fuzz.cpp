@@ -1,0 +1,19 @@
+#include "render/lightfield/olf/opacity_file.h"
+#include "tests/fuzz/fuzz.h"
+
+#include <span>
+
+// The two binary files of an opacity light field: two views of 4 x 4 texels, and a mesh of four vertices.
+void surflect::fuzz(std::string_view input) {
+  constexpr int kTexels = 4;
+  const TwoFiles files = twoFilesOf(input);
+  olf::OpacityField field;
+  field.mesh.positions.resize(4);
+  field.cameras.resize(2);
+  field.packed.width = field.packed.height = kTexels;
+  olf::parseViews(std::as_bytes(std::span(files.first)), field);
+  olf::parseTexels(std::as_bytes(std::span(files.second)), field);
+  for (uint32_t vertex = 0; vertex < field.mesh.positions.size(); ++vertex)
+    for (const uint32_t view : field.visible.of(vertex))
+      if (field.packed.layer(view).size() != size_t{kTexels * kTexels}) __builtin_trap();
+}
