@@ -57,6 +57,10 @@ capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vec
 // Largest default number of surfels; an explicit number may be larger.
 constexpr size_t kMostSurfels = 1000000;
 
+// Least alpha at which colours of a translucent object are stored. Fainter pixels continue their neighbours'
+// colours, since their own are divided by a small alpha and therefore noisy.
+constexpr double kFaintestStored = 1 / 16.;
+
 // Version of the encoder, whose choices decide the bytes of a view; pack does not resume views of another
 // version.
 constexpr int kEncoderVersion = 2;
@@ -128,6 +132,8 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
+  report.isTranslucent = surveyed->isTranslucent;
+  if (report.isTranslucent) store.presentAlpha = kFaintestStored;
   std::filesystem::remove(folder / "manifest.json"); // marks the folder as unfinished
   if (!resumes) {
     removeViews(folder); // else an interrupted run would leave stale views to be resumed
@@ -139,7 +145,9 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.ofView.resize(frames.size());
   for (size_t view = 0; view < frames.size(); ++view) {
     progress.checkpoint();
-    if (const auto earlier = finishedView(folder, view))
+    const capture::Lens& lens = cameras[view].lens;
+    const bool hasAlpha = !report.isTranslucent || isAlphaFinished(folder, view, lens.width, lens.height);
+    if (const auto earlier = hasAlpha ? finishedView(folder, view) : std::nullopt)
       report.ofView[view] = *earlier;
     else
       missing.push_back(view);
@@ -152,6 +160,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const MattedView loaded =
         fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
+    if (report.isTranslucent) writeAlpha(folder, view, codec::AlphaPlane(loaded.stack.alpha));
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
@@ -159,7 +168,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
   Model model = makeModel(folder,
                           {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
-                           store.tolerance, surveyed->lights.blend},
+                           store.tolerance, surveyed->lights.blend, report.isTranslucent},
                           progress);
   report.interpolation =
       selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);

@@ -34,7 +34,8 @@ struct PackReport {
   double white = 0;
   LightBlendSelection lightChoice;
   InterpolationSelection interpolation;
-  size_t invalidTexels = 0; // NaN or infinite texels in the photographs of views that were not resumed
+  bool isTranslucent = false; // alpha planes are stored
+  size_t invalidTexels = 0;   // NaN or infinite texels in the photographs of views that were not resumed
   std::vector<codec::ViewSummary> ofView; // one for each of `views`, resumed ones included
   codec::ViewSummary store;               // sum of `ofView`
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;
