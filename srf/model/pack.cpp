@@ -7,6 +7,7 @@
 #include "srf/model/pack_folder.h"
 #include "srf/model/pack_prepass.h"
 #include "srf/proxy/mesh/enclosed.h"
+#include "srf/ulr/opacity_hull_weights.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -67,10 +68,12 @@ constexpr int kEncoderVersion = 2;
 
 // Identity of everything that determines the files of a run: an earlier run with the same identity can be
 // resumed.
-std::string packIdentity(const PackSource& source, double tolerance, const TriangleMesh& mesh) {
+std::string packIdentity(const PackSource& source, double tolerance, bool isOpaque,
+                         const TriangleMesh& mesh) {
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
   return fmt::format("format {} {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, kEncoderVersion,
-                     source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance);
+                     source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance) +
+         (isOpaque ? "opaque\n" : "");
 }
 
 NormalsFrom normalsOf(proxy::Impostor::Origin origin) {
@@ -100,7 +103,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
   };
-  const std::string identity = packIdentity(source, options.tolerance, mesh);
+  const std::string identity = packIdentity(source, options.tolerance, options.opaque, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   const TriangleMesh surface =
@@ -114,12 +117,6 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.lights = capture.lights.size();
   report.surfelSeconds = surfelWatch.seconds();
 
-  const Stopwatch fadeWatch;
-  std::vector<capture::Camera<AcquisitionSpace>> cameras;
-  for (const auto& view : capture.views) cameras.push_back(view.camera);
-  ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
-  report.fadeSeconds = fadeWatch.seconds();
-
   const Stopwatch storeWatch;
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
@@ -132,7 +129,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
-  report.isTranslucent = surveyed->isTranslucent;
+  report.isTranslucent = surveyed->isTranslucent && !options.opaque;
   if (report.isTranslucent) store.presentAlpha = kFaintestStored;
   std::filesystem::remove(folder / "manifest.json"); // marks the folder as unfinished
   if (!resumes) {
@@ -140,6 +137,14 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     writeFileAtomically(identityPath, identity);
   }
   writeFileAtomically(folder / surveyPath(), packPrepassText(*surveyed));
+
+  const Stopwatch fadeWatch;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  for (const auto& view : capture.views) cameras.push_back(view.camera);
+  ulr::VisibilityWeights visibility = report.isTranslucent && options.impostor.hull
+                                          ? ulr::opacityHullWeights(cloud, cameras, progress)
+                                          : ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  report.fadeSeconds = fadeWatch.seconds();
 
   std::vector<size_t> missing;
   report.ofView.resize(frames.size());
@@ -177,7 +182,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     model.lightBlend.foreshortened = report.lightChoice.blend.foreshortened =
         report.interpolation.foreshortened;
   writeModel(model, progress);
-  report.storeSeconds = storeWatch.seconds();
+  report.storeSeconds = storeWatch.seconds() - report.fadeSeconds;
   progress("reflectance images", 1);
   return report;
 }

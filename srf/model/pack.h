@@ -22,6 +22,7 @@ struct PackOptions {
   double tolerance = 0.02; // error tolerance of every block; see blockErrorBound
   std::optional<size_t>
       surfels; // approximate count; by default two across a pixel of the photographs, a million at most
+  bool opaque = false;    // alpha is a mask, however many pixels are translucent
   bool overwrite = false; // also replaces a finished model of another identity
 };
 
