@@ -33,7 +33,7 @@ TEST(TranslucencySurvey, EdgesOfAnOpaqueObjectDoNotCount) {
 TEST(TranslucencySurvey, AlphaInsideOfTheObjectCounts) {
   EXPECT_EQ(shareOf(disc(1, 0.55f)), 1);
   EXPECT_EQ(shareOf(disc(1, 0.01f)), 1);
-  EXPECT_EQ(shareOf(disc(1, 0.998f)), 0); // 8 bits do not tell it from opaque; its edge is no wider
+  EXPECT_EQ(shareOf(disc(1, 0.999f)), 0); // 8 bits do not tell it from opaque; its edge is no wider
 }
 
 TEST(TranslucencySurvey, SharesArePooledOverViews) {
