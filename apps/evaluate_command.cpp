@@ -34,6 +34,7 @@ Json scoreJson(const evaluation::Score& score) {
           {"ssim_srgb", score.difference.ssim()},
           {"psnr_linear_interior_db", evaluation::psnr(score.interiorError.mean())},
           {"truth_noise_db", evaluation::psnr(score.truthNoise.mean())},
+          {"alpha_error", score.difference.absoluteErrorAlpha.mean()},
           {"frame_count", score.frames}};
 }
 
@@ -54,11 +55,11 @@ Json summaryOf(const evaluation::Evaluation& evaluation,
 
 void sayTable(const Json& report) {
   const auto row = [](const std::string& name, const Json& score) {
-    say(fmt::format(
-        "{:<12} {:>6} frames   linear {:6.2f} dB (interior {:6.2f})   sRGB {:6.2f} dB   SSIM {:.4f}", name,
-        score["frame_count"].get<size_t>(), score["psnr_linear_db"].get<double>(),
-        score["psnr_linear_interior_db"].get<double>(), score["psnr_srgb_db"].get<double>(),
-        score["ssim_srgb"].get<double>()));
+    say(fmt::format("{:<12} {:>6} frames   linear {:6.2f} dB (interior {:6.2f})   sRGB {:6.2f} dB   SSIM "
+                    "{:.4f}   alpha {:.4f}",
+                    name, score["frame_count"].get<size_t>(), score["psnr_linear_db"].get<double>(),
+                    score["psnr_linear_interior_db"].get<double>(), score["psnr_srgb_db"].get<double>(),
+                    score["ssim_srgb"].get<double>(), score["alpha_error"].get<double>()));
   };
   const auto table = [&](const std::string& title, const Json& summary) {
     row(title, summary);

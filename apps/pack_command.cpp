@@ -84,6 +84,10 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,
                                           "impostor geometry (PLY or OBJ) instead of the capture's");
   command
+      ->add_flag("--hull", arguments->options.impostor.hull,
+                 "an opacity hull, of all pixels with alpha above 0, instead of the capture's mesh")
+      ->excludes(mesh);
+  command
       ->add_flag("--relief", arguments->options.impostor.relief,
                  "geometry from shading, for a capture of one view under three lights or more")
       ->excludes(mesh);

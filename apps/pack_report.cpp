@@ -88,6 +88,7 @@ Json jsonOf(const model::PackReport& report) {
       {"surfels", report.surfels},
       {"views", report.views.size()},
       {"lights", report.lights},
+      {"translucent", report.isTranslucent},
       {"resumed_views", report.resumedViews},
       {"invalid_texels", report.invalidTexels},
       {"white", report.white},
@@ -129,6 +130,7 @@ void announce(const model::PackReport& report, const std::string& output) {
                   report.resumedViews > 0 ? fmt::format(" ({} were there already)", report.resumedViews) : "",
                   static_cast<double>(report.store.fileBytes) / 1e6, codec::compressionRatio(report.store),
                   codec::psnrDb(report.store, report.white)));
+  if (report.isTranslucent) say("translucent: alpha of each view is stored, and layers are composited");
   if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
     say(fmt::format("lights: {} blended, by a {}{}; one left out is told by the others to {:.1f} dB",
                     blend.lights, nameOf(blend.fit), blend.foreshortened ? ", foreshortened" : "",

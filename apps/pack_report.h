@@ -15,6 +15,8 @@ inline std::vector<CLI::Option*> addStoreOptions(CLI::App& command, model::PackO
               ->check(finiteIn(0, 1)),
           command.add_option("--surfels", options.surfels, "how many, about; default: two across a pixel")
               ->check(CLI::Range(size_t{1}, size_t{100000000})),
+          command.add_flag("--opaque", options.opaque,
+                           "take alpha as a mask, even if many pixels are translucent"),
           command.add_flag(
               "--overwrite", options.overwrite,
               "replace a finished model of another capture, geometry, tolerance or version of surflect")};

@@ -146,6 +146,19 @@ PooledMean absoluteError(const image::Image& a, const image::Image& b, const ima
   return overDifferences(a, b, mask, [](double difference) { return std::abs(difference); });
 }
 
+PooledMean alphaError(const image::Image& a, const image::Image& b) {
+  assert(sameSize(a, b) && a.channels > 0 && b.channels > 0);
+  constexpr float kLeast = 0.5f / 255;
+  return overRows(a.height, [&](int y) {
+    PooledMean row;
+    for (int x = 0; x < a.width; ++x) {
+      const float own = a.at(x, y).back(), other = b.at(x, y).back();
+      if (std::max(own, other) >= kLeast) row += {std::abs(static_cast<double>(own) - other), 1};
+    }
+    return row;
+  });
+}
+
 PooledMean noiseVariance(const image::Image& image, const image::Mask& mask) {
   assert(sameSize(image, mask) && image.channels >= 3);
   constexpr int kTaps[3] = {1, -2, 1};
@@ -194,6 +207,7 @@ Difference& Difference::operator+=(const Difference& other) {
   squaredErrorSrgb += other.squaredErrorSrgb;
   similaritySrgb += other.similaritySrgb;
   absoluteErrorSrgb += other.absoluteErrorSrgb;
+  absoluteErrorAlpha += other.absoluteErrorAlpha;
   return *this;
 }
 
@@ -206,7 +220,8 @@ Difference compare(const image::Image& truth, const image::Image& rendered, doub
   blackenInvalid(linearB, truth);
   const image::Image srgbA = srgbEncoded(linearA), srgbB = srgbEncoded(linearB);
   return {squaredError(linearA, linearB, mask), squaredError(srgbA, srgbB, mask),
-          structuralSimilarity(srgbA, srgbB, mask), absoluteError(srgbA, srgbB, mask)};
+          structuralSimilarity(srgbA, srgbB, mask), absoluteError(srgbA, srgbB, mask),
+          alphaError(truth, rendered)};
 }
 
 } // namespace surflect::evaluation

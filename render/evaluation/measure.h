@@ -55,6 +55,10 @@ PooledMean squaredError(const image::Image& a, const image::Image& b, const imag
 // Absolute differences of the first three channels over the mask.
 PooledMean absoluteError(const image::Image& a, const image::Image& b, const image::Mask& mask);
 
+// Absolute differences of alpha, the last channel of both images, over the pixels where 8 bits tell alpha
+// from 0 in either.
+PooledMean alphaError(const image::Image& a, const image::Image& b);
+
 // Variance of pixel noise, averaged over the mask and three channels: the mean square of the response to
 //   1 -2 1 / -2 4 -2 / 1 -2 1, over 36  [Immerkaer 1996].
 // The filter cancels planes but not edges and texture, so the result is an upper bound. Pixels without all
@@ -68,6 +72,7 @@ PooledMean structuralSimilarity(const image::Image& a, const image::Image& b, co
 
 struct Difference {
   PooledMean squaredErrorLinear, squaredErrorSrgb, similaritySrgb, absoluteErrorSrgb;
+  PooledMean absoluteErrorAlpha;
 
   double psnrLinear() const { return psnr(squaredErrorLinear.mean()); }
   double psnrSrgb() const { return psnr(squaredErrorSrgb.mean()); }

@@ -160,7 +160,7 @@ struct FirstLayer {
 // If the depth intervals of all fragments have a common point, there is one layer; if the first layer fills
 // the pixel, nothing behind it matters. The caller sorts the fragments of the remaining pixels.
 void resolveBlock(const TileSplats& tile, int block, int width, int height, bool searchLayers,
-                  const BlockFragments& fragments, BlockLayers& out) {
+                  bool keepsHidden, const BlockFragments& fragments, BlockLayers& out) {
   const Centers at = centersOf(block);
   const Pixels infinite = broadcast(kInfinity), zero = broadcast(0);
   const FragmentSums sums = gatherFragments(tile, block, at, fragments);
@@ -186,7 +186,8 @@ void resolveBlock(const TileSplats& tile, int block, int width, int height, bool
     }
     const PixelMask known = andNot(open, layer.trying);
     const PixelMask unended = known & (infinite <= layer.end); // the pixel has a single layer
-    const PixelMask full = known & (broadcast(kOpaqueArea) <= layer.area);
+    // A pixel that keeps what lies behind a full layer is left to the caller.
+    const PixelMask full = known & (broadcast(keepsHidden ? kInfinity : kOpaqueArea) <= layer.area);
     const PixelMask ended = andNot(full, unended);
     limit = select(ended, layer.end, limit);
     area = select(ended, layer.area, area);
@@ -252,8 +253,8 @@ namespace surflect::splat {
 
 HWY_EXPORT(resolveBlock);
 void resolveBlock(const TileSplats& tile, int block, int width, int height, bool searchLayers,
-                  const BlockFragments& fragments, BlockLayers& out) {
-  HWY_DYNAMIC_DISPATCH(resolveBlock)(tile, block, width, height, searchLayers, fragments, out);
+                  bool keepsHidden, const BlockFragments& fragments, BlockLayers& out) {
+  HWY_DYNAMIC_DISPATCH(resolveBlock)(tile, block, width, height, searchLayers, keepsHidden, fragments, out);
 }
 
 HWY_EXPORT(gatherPixel);

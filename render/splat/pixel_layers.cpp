@@ -12,10 +12,10 @@ float saturated(float area) {
   return std::clamp((area - (1 - kOpaqueArea)) / (2 * kOpaqueArea - 1), 0.f, 1.f);
 }
 
-void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers) {
+void layersOf(const std::vector<Fragment>& fragments, bool keepsHidden, std::vector<Layer>& layers) {
   layers.clear();
   float area = 0, alpha = 0;
-  for (size_t begin = 0, end; begin < fragments.size() && alpha < 1; begin = end) {
+  for (size_t begin = 0, end; begin < fragments.size() && (keepsHidden || alpha < 1); begin = end) {
     float layerArea = 0, back = -std::numeric_limits<float>::infinity();
     for (end = begin; end < fragments.size(); ++end) {
       const Fragment& f = fragments[end];

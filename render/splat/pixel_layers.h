@@ -27,7 +27,7 @@ struct Layer {
 float saturated(float area);
 
 // Divides the fragments of a pixel, sorted by depth from the nearest, into layers. Stops after the layer that
-// fills the pixel.
+// fills the pixel, unless keepsHidden: the layers behind it then have alpha 0.
 //
 // A layer ends where the depth interval of the next fragment no longer touches those of the layer. Areas are
 // fractions of one pixel and add up over layers: with S_k the area of layers 1 to k, layer k has the opacity
@@ -36,6 +36,6 @@ float saturated(float area);
 // pixel that the edge leaves open, and a surface split into two layers (grazing, creased or noisy) still adds
 // up to 1. In both cases the usual compositing, in which layer k adds (1 - alpha so far) alpha_k, would let
 // the background shine through.
-void layersOf(const std::vector<Fragment>& fragments, std::vector<Layer>& layers);
+void layersOf(const std::vector<Fragment>& fragments, bool keepsHidden, std::vector<Layer>& layers);
 
 } // namespace surflect::splat

@@ -56,15 +56,17 @@ void sortPixel(uint32_t count, const PixelFragments& pixel, std::vector<Fragment
 
 // Resolves the layers of a pixel that the kernel left unresolved. A single layer is written to `layers`,
 // several to the tile.
-void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, BlockLayers& layers) {
+void resolvePixel(int block, int lane, bool keepsHidden, TileScratch& scratch, RasterTile& tile,
+                  BlockLayers& layers) {
   const std::vector<Fragment>& fragments = scratch.fragments;
-  layersOf(fragments, scratch.layers);
+  layersOf(fragments, keepsHidden, scratch.layers);
 
+  const auto isKept = [&](const Layer& layer) { return layer.alpha > 0 || (keepsHidden && layer.area > 0); };
   float area = 0;
   size_t visibleLayers = 0;
   for (const Layer& layer : scratch.layers) {
     area += layer.area;
-    visibleLayers += layer.alpha > 0;
+    visibleLayers += isKept(layer);
   }
   const Layer& first = scratch.layers.front();
   layers.alpha[lane] = saturated(area);
@@ -79,7 +81,7 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
   float alpha = 0;
   bool halfway = false;
   for (const Layer& layer : scratch.layers) {
-    if (!(layer.alpha > 0)) continue;
+    if (!isKept(layer)) continue;
     alpha += layer.alpha;
     const bool isMedian = !halfway && alpha >= layers.alpha[lane] / 2;
     halfway |= isMedian;
@@ -96,7 +98,7 @@ void resolvePixel(int block, int lane, TileScratch& scratch, RasterTile& tile, B
       scratch.seen.data()[f.splat / kGroup] |= uint64_t{1} << f.splat % kGroup;
     }
     tile.layers.push_back({y * kTileSize + x, begin, static_cast<uint32_t>(layer.end - layer.begin),
-                           layer.alpha, weightedOrder / weight, isMedian});
+                           layer.alpha, layer.area, weightedOrder / weight, isMedian});
   }
 }
 
@@ -139,8 +141,8 @@ void clearBlock(const TileFrame& frame, int block, const PixelSums& pixels) {
 } // namespace
 
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
-                   std::span<uint8_t> seenOfCloud) {
+                   bool searchLayers, bool keepsHidden, TileScratch& scratch, RasterTile& tile,
+                   const PixelSums& pixels, std::span<uint8_t> seenOfCloud) {
   tile.layers.clear();
   tile.contributions.clear();
   const uint64_t filledBefore = std::exchange(tile.blocks, 0);
@@ -161,12 +163,12 @@ void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries,
       continue;
     }
     BlockLayers layers;
-    resolveBlock(tile.drawn, block, frame.width, frame.height, searchLayers, fragments, layers);
+    resolveBlock(tile.drawn, block, frame.width, frame.height, searchLayers, keepsHidden, fragments, layers);
     for (uint32_t bits = layers.unresolved; bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       const uint32_t n = gatherPixel(layers.count, lane, fragments, ofPixel);
       sortPixel(n, ofPixel, scratch.fragments);
-      resolvePixel(block, lane, scratch, tile, layers);
+      resolvePixel(block, lane, keepsHidden, scratch, tile, layers);
     }
     if (layers.mayHide) removeHiddenSplats(tile.drawn, block, fragments, layers.limit);
     if (layers.count != 0) {

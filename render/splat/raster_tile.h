@@ -16,9 +16,10 @@ namespace surflect::splat {
 struct PixelLayer {
   uint32_t pixel;        // index in the tile, row by row
   uint32_t begin, count; // range in RasterTile::contributions
-  float alpha;
-  float order;   // weighted mean of the splats'
-  bool isMedian; // true if half of the pixel's alpha is reached in this layer
+  float alpha;           // 0 if the layer is hidden and kept by SplatOptions::keepsHidden
+  float area;            // of the layer alone
+  float order;           // weighted mean of the splats'
+  bool isMedian;         // true if half of the pixel's alpha is reached in this layer
 };
 struct Contribution {
   uint32_t splat; // index in the tile
@@ -78,10 +79,10 @@ struct TileScratch {
 
 // Rasterizes the splats `entries` of `screen` into a tile. Writes the tile and its pixels of `pixels`, and
 // marks the visible splats of the cloud in `seen`, which other threads may mark at the same time. Pixels of
-// blocks that are not in tile.blocks must be 0 before the call, and are 0 after it. searchLayers:
-// SplatOptions.
+// blocks that are not in tile.blocks must be 0 before the call, and are 0 after it. searchLayers,
+// keepsHidden: SplatOptions.
 void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries, const TileFrame& frame,
-                   bool searchLayers, TileScratch& scratch, RasterTile& tile, const PixelSums& pixels,
-                   std::span<uint8_t> seen);
+                   bool searchLayers, bool keepsHidden, TileScratch& scratch, RasterTile& tile,
+                   const PixelSums& pixels, std::span<uint8_t> seen);
 
 } // namespace surflect::splat

@@ -49,6 +49,9 @@ struct SplatOptions {
   // are, within kLayerGrowths, the pixel shows no others, even if its layer reaches further back. Only the
   // remaining pixels are searched for layers.
   bool searchLayers = true;
+  // True: pixels also keep the layers behind those that fill them, with alpha 0, for composites of a
+  // translucent object.
+  bool keepsHidden = false;
   double nearDepth = 0.0; // scene units; a pinhole camera draws no splat that comes nearer
 };
 

@@ -103,8 +103,8 @@ PlacedSplats placeSplats(const ScreenSplat* screen, const uint32_t* entries, uin
                          TileSplat* splats, uint64_t* sets, uint32_t* column);
 // Computes the fragments of a block, removes from its set the splats that reach no pixel, and finds the first
 // layer of each pixel where sums, without sorting, determine it. width, height: size of the tile; pixels
-// outside are empty. searchLayers: SplatOptions.
-void resolveBlock(const TileSplats&, int block, int width, int height, bool searchLayers,
+// outside are empty. searchLayers, keepsHidden: SplatOptions.
+void resolveBlock(const TileSplats&, int block, int width, int height, bool searchLayers, bool keepsHidden,
                   const BlockFragments&, BlockLayers&);
 // Collects the fragments of a pixel; returns their number. count: splats of the block.
 uint32_t gatherPixel(uint32_t count, int lane, const BlockFragments&, const PixelFragments&);

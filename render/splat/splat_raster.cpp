@@ -195,7 +195,8 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t tile) {
     progress.checkpoint();
     rasterizeTile(raster.bins.screen.data(), raster.bins.of(tile), frameOf(raster, tile),
-                  options.searchLayers, scratches.local(), raster.tiles[tile], sums, raster.seen);
+                  options.searchLayers, options.keepsHidden, scratches.local(), raster.tiles[tile], sums,
+                  raster.seen);
   });
   collectVisible(raster);
   return raster;

@@ -46,7 +46,7 @@ struct SplatRaster {
 // any number of threads, and for all instruction sets with fused multiply-add.
 //
 // Memory: 72 bytes for each drawn splat, 60 for each tile it touches, 5 for each splat of the cloud, 12 for
-// each pixel; 24 for each layer of a pixel with several, and 8 for each splat in it; and for each thread up
+// each pixel; 28 for each layer of a pixel with several, and 8 for each splat in it; and for each thread up
 // to 200 bytes for each splat over one block. `kept`, a raster no longer needed, donates its memory; up to
 // four times the needed size is retained.
 SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& splats,

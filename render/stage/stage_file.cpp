@@ -23,8 +23,8 @@ void mix(uint64_t& hash, uint64_t other) {
 }
 
 Stage asStage(const scene::Entry& root) {
-  const scene::Section s(root, {"transport", "samples", "seed", "segments", "center", "camera", "views",
-                                "lights", "exposure", "material", "object", "scale"});
+  const scene::Section s(root, {"transport", "matte", "samples", "seed", "segments", "center", "camera",
+                                "views", "lights", "exposure", "material", "object", "scale"});
   Stage stage;
   stage.trace.samples = integerOr(s, "samples", 1, kMostSamples, stage.trace.samples);
   stage.trace.seed = static_cast<uint64_t>(integerOr(s, "seed", 0, 1 << 30, 1));
@@ -35,6 +35,12 @@ Stage asStage(const scene::Entry& root) {
     stage.trace.transport = name == "local"    ? Transport::local
                             : name == "direct" ? Transport::direct
                                                : Transport::full;
+  }
+  if (const auto matte = s.find("matte")) {
+    const std::string name = scene::asText(*matte);
+    if (name != "coverage" && name != "transmittance")
+      throw scene::mismatch(*matte, "coverage or transmittance");
+    stage.trace.matte = name == "coverage" ? Matte::coverage : Matte::transmittance;
   }
   stage.rig = asRig(s);
   stage.trace.lightRadius = stage.rig.lightRadius;

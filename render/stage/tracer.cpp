@@ -74,6 +74,8 @@ struct Path {
   Rgb absorption{0, 0, 0}; // of the medium that the path is in
   double density = 0;      // of the direction; 0 if no other strategy can find it
   bool isAlive = true, hasHit = false;
+  bool isRefracted = true; // at every surface so far
+  double transmitted = 0;  // of the light behind the object, mean of the channels
 };
 
 // Contributions to paths that still need a shadow test.
@@ -115,6 +117,7 @@ private:
     auto hit = scene_.firstHit(path.origin, path.direction);
     if (!hit) {
       if (bounce > 0) addLightsSeen(path);
+      if (bounce > 0 && path.isRefracted) path.transmitted = path.throughput.mean();
       return false;
     }
     if (bounce > 0 && transport_ == Transport::direct) return false;
@@ -131,6 +134,8 @@ private:
     const auto scattered = sample(view, uniforms);
     if (!scattered) return false;
     path.throughput = path.throughput.cwiseProduct(vectorOf(scattered->weight));
+    path.isRefracted = path.isRefracted && std::holds_alternative<material::Dielectric>(hit->material) &&
+                       material::isBelow(scattered->wi) != material::isBelow(frame.toLocal(-path.direction));
     path.direction = frame.toWorld(scattered->wi);
     path.density = scattered->pdf;
     if (transport_ == Transport::local) {
@@ -268,6 +273,7 @@ public:
   void trace(int left, int top, TracedView& traced) {
     std::ranges::fill(sums_, Vector::Zero());
     covered_.fill(0);
+    transmitted_.fill(0);
     forEachPixel(left, top, [&](int place, int x, int y) { addPaths(place, x, y); });
     walk();
     forEachPixel(left, top, [&](int place, int x, int y) { take(place, traced, x, y); });
@@ -304,13 +310,18 @@ private:
   void walk() {
     progress_.checkpoint();
     tracer_.walk(paths_);
-    for (size_t i = 0; i < paths_.size(); ++i) covered_[places_[i]] += paths_[i].hasHit;
+    for (size_t i = 0; i < paths_.size(); ++i) {
+      covered_[places_[i]] += paths_[i].hasHit;
+      if (options_.matte == Matte::transmittance) transmitted_[places_[i]] += paths_[i].transmitted;
+    }
     paths_.clear();
     places_.clear();
   }
 
   void take(int place, TracedView& traced, int x, int y) const {
-    const int covered = covered_[static_cast<size_t>(place)];
+    // Samples that do not show the background.
+    const double covered =
+        std::max(0., covered_[static_cast<size_t>(place)] - transmitted_[static_cast<size_t>(place)]);
     traced.alpha.at(x, y)[0] = static_cast<float>(covered) / static_cast<float>(options_.samples);
     if (covered == 0) return;
     for (size_t light = 0; light < lights_; ++light) {
@@ -330,6 +341,7 @@ private:
   Strata strata_;
   std::vector<Vector> sums_; // [pixels][lights]
   std::array<int, kSide * kSide> covered_{};
+  std::array<double, kSide * kSide> transmitted_{};
   std::vector<Path> paths_;
   std::vector<size_t> places_; // pixel of each path
 };

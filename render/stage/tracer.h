@@ -31,16 +31,23 @@ enum class Transport {
   full,
 };
 
+enum class Matte {
+  coverage,      // alpha is the share of a pixel that the object covers
+  transmittance, // likewise, less the light that passes from behind through glass, refracted but not
+                 // reflected
+};
+
 struct TraceOptions {
   Transport transport = Transport::full;
+  Matte matte = Matte::coverage;
   int samples = 64; // per pixel; stratified best if a product of two similar numbers
   uint64_t seed = 1;
   Angle lightRadius = Angle(); // directional lights are discs of even radiance; below 90 degrees
 };
 
 struct TracedView {
-  std::vector<image::Image> radiance; // one per light; 3 channels, mean over the covered part of the pixel
-  image::Image alpha;                 // 1 channel: share of samples, even over the pixel, that hit a surface
+  std::vector<image::Image> radiance; // one per light; 3 channels, not multiplied by alpha
+  image::Image alpha;                 // 1 channel, of samples that are even over the pixel; see Matte
 };
 
 // Pictures of one camera under all lights. `view` keys the noise. Gives the same bits for any number of

@@ -3,10 +3,12 @@
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
 #include "render/surfels/queries.h"
+#include "render/surfels/translucent_layers.h"
 #include "surfel/base/processor_time.h"
 #include "warp/deform.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 
@@ -49,10 +51,38 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
+// Radiance and alpha of each visible surfel.
+std::vector<float> premultiplied(const shading::Shaded& shaded) {
+  std::vector<float> values(4 * shaded.radiance.size());
+  for (size_t i = 0; i < shaded.radiance.size(); ++i) {
+    const Rgb& color = shaded.radiance[i];
+    std::ranges::copy(std::array{color.r, color.g, color.b, shaded.alpha[i]}, &values[4 * i]);
+  }
+  return values;
+}
+
 image::Image develop(const splat::SplatRaster& raster, const shading::Shaded& shaded, image::Image memory) {
+  if (!shaded.alpha.empty())
+    return splat::blend(raster, premultiplied(shaded), 4, shaded.confidence, std::move(memory));
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
   const std::span values(reinterpret_cast<const float*>(shaded.radiance.data()), 3 * shaded.radiance.size());
   return splat::blendWithAlpha(raster, values, 3, shaded.confidence, std::move(memory));
+}
+
+// Develops a translucent object. towardsView: of each visible surfel, in which its photographs were looked
+// up.
+image::Image developLayers(const splat::SplatRaster& raster, const SurfelCloud& cloud,
+                           std::span<const Direction3<AcquisitionSpace>> towardsView,
+                           const shading::Shaded& shaded, image::Image memory) {
+  constexpr float kClearance = 4; // radii of a splat
+  std::vector<Point3<AcquisitionSpace>> p0;
+  std::vector<float> clearance;
+  for (const uint32_t surfel : raster.visible) {
+    p0.push_back(cloud.p0[surfel]);
+    clearance.push_back(kClearance * cloud.radius[surfel]);
+  }
+  return compositeLayers(raster, premultiplied(shaded), shaded.confidence, {p0, towardsView, clearance},
+                         std::move(memory));
 }
 
 } // namespace
@@ -93,6 +123,13 @@ void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, s
   batch.firstPlace.clear();
   for (size_t query = begin; query <= end; ++query)
     batch.firstPlace.push_back(queries.firstPlace[query] - first);
+}
+
+// Appends the direction towards the viewer of each place of a batch.
+void addDirections(const shading::QueryBatch& batch, std::vector<Direction3<AcquisitionSpace>>& directions) {
+  for (size_t query = 0; query < batch.size(); ++query)
+    directions.resize(directions.size() + batch.placeBegin(query + 1) - batch.placeBegin(query),
+                      batch.towardsView[query]);
 }
 
 // The pieces of patches that a cut has left; their middle is the middle surfel of the run.
@@ -156,7 +193,10 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
     clock.finish("shadows");
   }
 
-  raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), options.splats, progress,
+  const bool isTranslucent = options.shade.usesAlpha && !field.alpha.empty();
+  splat::SplatOptions splatting = options.splats;
+  splatting.keepsHidden = isTranslucent;
+  raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), splatting, progress,
                             std::move(raster));
   stats.splats = raster.counts;
   stats.visible = raster.visible.size();
@@ -170,12 +210,14 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
                                    : PatchQueries{};
   const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
   stats.queries = asking.size();
+  std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
   const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
     writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
                  progress, batch);
     batch.reached.clear();
     if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
     if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
+    if (isTranslucent) addDirections(batch, towardsView);
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
@@ -192,7 +234,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
 
   if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
-  layers.color = develop(raster, shaded, std::move(layers.color));
+  layers.color = isTranslucent ? developLayers(raster, cloud, towardsView, shaded, std::move(layers.color))
+                               : develop(raster, shaded, std::move(layers.color));
   clock.finish("develop");
   computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
   if (!options.aovs.empty()) clock.finish("aov");

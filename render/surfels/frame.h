@@ -26,7 +26,7 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
                         const Progress& progress = {});
 
 // Image in RGBA, premultiplied, from the radiance of each entry of raster.visible, weighted by confidence if
-// `shaded` has it.
+// `shaded` has it, and with its alpha if it has that; nothing is seen through a layer.
 image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded);
 
 using render::FrameLayers;

@@ -150,9 +150,21 @@ public:
     return lights;
   }
 
-  // (6). Views that show background at p0 are left out; if all do, each is looked up at the nearest point
-  // where its photographs show the object.
+  // Mean alpha of the views' photographs at p0.
+  float alpha(std::span<const WeightedView> views) const {
+    float sum = 0, weights = 0;
+    for (const WeightedView& c : views) {
+      sum += c.weight * alphaAt(c);
+      weights += c.weight;
+    }
+    return weights > 0 ? sum / weights : 0;
+  }
+
+  // (6), premultiplied by alpha. Views that show background at p0 are left out; if all do, each is looked up
+  // at the nearest point where its photographs show the object.
   Rgb radiance(std::vector<WeightedView> views, std::span<const WeightedLight> lights) {
+    for (WeightedView& c : views) c.weight *= alphaAt(c);
+    std::erase_if(views, [](const WeightedView& c) { return c.weight == 0; });
     if (std::ranges::all_of(views, [&](const WeightedView& c) { return isBackground(c); }))
       for (WeightedView& c : views) c.pixel = nearestStored(c.view, c.pixel);
     Vec3<double> sum = Vec3<double>::Zero();
@@ -180,6 +192,12 @@ private:
     return directions;
   }
 
+  // 1 in a model of an opaque object.
+  float alphaAt(const WeightedView& c) const {
+    return model_.alpha.empty()
+               ? 1
+               : model_.alpha[c.view].at(static_cast<float>(c.pixel.x), static_cast<float>(c.pixel.y));
+  }
   float angleTo(size_t view, const Query& query) const {
     return ulr::anglePenalty(viewpoints_[view].towards(query.p0).cast<float>(), query.towardsView);
   }
@@ -306,6 +324,7 @@ ReferenceFrame referenceFrame(const model::Model& model, const warp::Warp& warp,
       const auto weights = shader.weightLights(query);
       clock.finish("ulr");
       shaded.radiance.push_back(shader.radiance(views, weights));
+      if (!model.alpha.empty()) shaded.alpha.push_back(shader.alpha(views));
       shaded.confidence.push_back(ulr::confidenceOf(leastPenalty));
       clock.finish("look-up");
     }

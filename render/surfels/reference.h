@@ -7,15 +7,15 @@
 // Symbols: p0, R0 = (u0, v0, n0) place and tangent frame of a surfel at rest; Psi the warp; p, u, v warped
 //          place and tangents; L the look-up matrix; v, l directions at p to the viewer and to a light, E the
 //          light's irradiance; c a captured view, k a captured light, E_k its irradiance at p0; I_ck the
-//          photograph of view c under light k; w_c, w_k unstructured lumigraph weights; s visibility weight
-//          of a view.
+//          photograph of view c under light k, a_c its alpha there, 1 for an opaque object; w_c, w_k
+//          unstructured lumigraph weights; s visibility weight of a view.
 //
 //   p = Psi(p0),   u = (Psi(p0 + e u0) - Psi(p0 - e u0)) / 2e,   v likewise      [Weyrich 2005, Eq. 6]   (1)
 //   L = R0 (u-bar, v-bar, n-bar)^T                                               [Weyrich 2005, Eq. 10]  (2)
 //   penalty of view c:   (1 - cos(L v, direction from p0 to c)) / s                                      (3)
 //   penalty of light k:  1 - cos(L l, direction from p0 to k)                                            (4)
 //   w = ULR weights of the views or lights of least penalty   [Buehler 2001, §4; Weyrich 2005, §5.2]     (5)
-//   radiance = sum_c w_c  sum_l  sum_k w_k (E / E_k)  I_ck(pixel of p0 in view c)                        (6)
+//   radiance = sum_c w_c a_c  sum_l  sum_k w_k (E / E_k)  I_ck(pixel of p0 in view c)                    (6)
 //   pixel = sum of radiances, weighted by splat and confidence  (render/splat/reference.h)               (7)
 #pragma once
 

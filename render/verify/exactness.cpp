@@ -29,8 +29,9 @@ std::string photographName(const std::string& camera, const std::string& light) 
 }
 
 // Radiance of surfels shaded at a captured camera and light, against the stored photograph of both.
-Check surfelCheck(const model::Model& model, const shading::ShadeOptions& options, const Bounds& bounds,
+Check surfelCheck(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
                   const Progress& progress) {
+  options.usesAlpha = false; // the stored photographs are not multiplied by alpha
   const MetQueries met = metQueries(model);
   if (met.batch.size() == 0) return inapplicable("exact_surfels", "no camera sees a surfel well");
   codec::BlockCache cache(model.files, size_t{1} << 28);
@@ -86,6 +87,10 @@ Check surfelCheck(const model::Model& model, const shading::ShadeOptions& option
   return judged("exact_surfels", rms, bounds, std::move(finding), {worst});
 }
 
+const codec::AlphaPlane* alphaOf(const model::Model& model, size_t view) {
+  return model.alpha.empty() ? nullptr : &model.alpha[view];
+}
+
 } // namespace
 
 Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
@@ -115,7 +120,8 @@ Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
       }
     if (frames.empty()) continue;
     const std::vector<image::Image> photographs =
-        truths ? truths->read(frames, progress) : storedPictures(model.files[view], columns, progress);
+        truths ? truths->read(frames, progress)
+               : storedPictures(model.files[view], alphaOf(model, view), columns, progress);
     for (size_t i = 0; i < frames.size(); ++i) {
       progress("photographs", static_cast<double>(done++) / static_cast<double>(chosen.size()));
       const capture::Frame& frame = photographed.frames[frames[i]];

@@ -93,7 +93,9 @@ private:
 
   void plan() {
     if (visible_.empty()) return;
-    shading::ShadingPlanner planner(model_, batch_, options_.shade);
+    shading::ShadeOptions shade = options_.shade;
+    shade.usesAlpha = false; // weights of look-ups sum to 1 before they are multiplied by alpha
+    shading::ShadingPlanner planner(model_, batch_, shade);
     const size_t step = planner.queriesPerPlan();
     tbb::parallel_for(tbb::blocked_range<size_t>(0, (visible_.size() + step - 1) / step, 1),
                       [&](const tbb::blocked_range<size_t>& range) {

@@ -280,8 +280,9 @@ FlaggedPlace placeOf(const model::Model& model, uint32_t surfel, double figure) 
   return {surfel, model.cloud.p0[surfel].raw().cast<double>(), std::nullopt, figure};
 }
 
-std::vector<Check> modelChecks(const model::Model& model, const shading::ShadeOptions& options,
-                               const Bounds& bounds, const Progress& progress) {
+std::vector<Check> modelChecks(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
+                               const Progress& progress) {
+  options.usesAlpha = false; // weights of look-ups sum to 1 before they are multiplied by alpha
   std::vector<Check> checks;
   const auto add = [&](Check check) {
     checks.push_back(std::move(check));

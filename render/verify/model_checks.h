@@ -12,8 +12,8 @@ namespace surflect::verify {
 
 // Laws are tried at thousands of surfels, with random warps, views and lights from a fixed seed; coverage and
 // precision at all surfels. Throws Cancelled.
-std::vector<Check> modelChecks(const model::Model& model, const shading::ShadeOptions& options,
-                               const Bounds& bounds, const Progress& progress = {});
+std::vector<Check> modelChecks(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
+                               const Progress& progress = {});
 
 // Largest angle at which a source still counts as near: the spacing of these directions, but 10 to 45
 // degrees. Radians.

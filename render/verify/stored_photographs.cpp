@@ -35,8 +35,8 @@ Vec3<float> radianceAt(const codec::Block& block, int texel, size_t light) {
   return radiance;
 }
 
-std::vector<image::Image> storedPictures(const codec::ViewFile& file, std::span<const uint32_t> columns,
-                                         const Progress& progress) {
+std::vector<image::Image> storedPictures(const codec::ViewFile& file, const codec::AlphaPlane* alpha,
+                                         std::span<const uint32_t> columns, const Progress& progress) {
   const codec::ViewHeader& header = file.header();
   std::vector<image::Image> pictures(columns.size(), image::Image(header.width, header.height, 4));
   for (uint32_t number = 0; number < file.blockCount(); ++number) {
@@ -47,10 +47,10 @@ std::vector<image::Image> storedPictures(const codec::ViewFile& file, std::span<
       if ((block.present >> texel & 1) == 0) continue;
       const int x = blockX * codec::blockSize + texel % codec::blockSize,
                 y = blockY * codec::blockSize + texel / codec::blockSize;
+      const float a = alpha ? alpha->at(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f) : 1;
       for (size_t i = 0; i < columns.size(); ++i) {
-        const Vec3<float> radiance = radianceAt(block, texel, columns[i]);
-        std::ranges::copy(std::array{radiance[0], radiance[1], radiance[2], 1.f},
-                          pictures[i].at(x, y).begin());
+        const Vec3<float> radiance = a * radianceAt(block, texel, columns[i]);
+        std::ranges::copy(std::array{radiance[0], radiance[1], radiance[2], a}, pictures[i].at(x, y).begin());
       }
     }
   }

@@ -1,6 +1,7 @@
 // Photographs as a model stores them, decoded from its blocks.
 #pragma once
 
+#include "srf/codec/alpha_plane.h"
 #include "srf/codec/view_file.h"
 #include "srf/image/image.h"
 #include "surfel/base/progress.h"
@@ -22,9 +23,10 @@ void forEachBlock(const codec::ViewFile& file, std::vector<std::string>& faults,
 // Radiance of a texel (0..63) of a block under a light.
 Vec3<float> radianceAt(const codec::Block& block, int texel, size_t light);
 
-// Pictures of these columns of a view file: RGBA, linear, alpha 1 on the object and else 0. Throws Error as
-// ViewFile::read, and Cancelled.
-std::vector<image::Image> storedPictures(const codec::ViewFile& file, std::span<const uint32_t> columns,
-                                         const Progress& progress = {});
+// Pictures of these columns of a view file: RGBA, linear, premultiplied. Where the file stores texels, alpha
+// is that of the plane, or 1 without a plane; elsewhere it is 0. Throws Error as ViewFile::read, and
+// Cancelled.
+std::vector<image::Image> storedPictures(const codec::ViewFile& file, const codec::AlphaPlane* alpha,
+                                         std::span<const uint32_t> columns, const Progress& progress = {});
 
 } // namespace surflect::verify

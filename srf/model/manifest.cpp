@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace surflect::model {
@@ -19,7 +20,7 @@ constexpr int kDeepest = 8;
 
 Json jsonOf(const Manifest& manifest) {
   Json json = {{"format", kSurfelFormat},
-               {"version", kModelVersion},
+               {"version", manifest.alphaChecksums.empty() ? kModelVersion : kAlphaVersion},
                {"white", manifest.white},
                {"tolerance", manifest.tolerance},
                {"light_blend",
@@ -42,6 +43,7 @@ Json jsonOf(const Manifest& manifest) {
                {"view_checksums", manifest.viewChecksums}};
   if (!manifest.levels.empty()) json["checksums"]["levels.bin"] = manifest.levels;
   if (!manifest.shadows.empty()) json["checksums"]["shadows.bin"] = manifest.shadows;
+  if (!manifest.alphaChecksums.empty()) json["alpha_checksums"] = manifest.alphaChecksums;
   return json;
 }
 
@@ -115,6 +117,17 @@ ulr::InterpolationChoice interpolationOf(const Json& json) {
   throw mismatch("\"separate\" or \"kriging\"", member(stated, "kind")).at("interpolation.kind");
 }
 
+std::vector<std::string> textsOf(const Json& object, const char* key) {
+  const Json& values = member(object, key);
+  if (!values.is_array()) throw mismatch("a list", values).at(key);
+  std::vector<std::string> texts;
+  for (const Json& value : values) {
+    if (!value.is_string()) throw mismatch("strings", value).at(key);
+    texts.push_back(value.get<std::string>());
+  }
+  return texts;
+}
+
 Json parse(std::string_view text) {
   const std::string_view shallow = capture::shallowPart(text, kDeepest);
   Json json = Json::parse(shallow, nullptr, /*allow_exceptions=*/false);
@@ -136,8 +149,11 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     const Json json = parse(text);
     if (const Json& format = member(json, "format"); format != kSurfelFormat)
       throw mismatch("\"surflect model\"", format).at("format");
-    if (const Json& version = member(json, "version"); version != kModelVersion)
-      throw mismatch(std::to_string(kModelVersion).c_str(), version).at("version");
+    const Json& version = member(json, "version");
+    if (version != kModelVersion && version != kAlphaVersion)
+      throw mismatch((std::to_string(kModelVersion) + " or " + std::to_string(kAlphaVersion)).c_str(),
+                     version)
+          .at("version");
     Manifest manifest;
     manifest.white = numberOf(json, "white");
     manifest.tolerance = numberOf(json, "tolerance");
@@ -152,12 +168,12 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.visibility = textOf(checksums, "fades.bin");
     if (!member(checksums, "levels.bin").is_null()) manifest.levels = textOf(checksums, "levels.bin");
     if (!member(checksums, "shadows.bin").is_null()) manifest.shadows = textOf(checksums, "shadows.bin");
-    const Json& views = member(json, "view_checksums");
-    if (!views.is_array()) throw mismatch("a list", views).at("view_checksums");
-    for (const Json& view : views) {
-      if (!view.is_string()) throw mismatch("strings", view).at("view_checksums");
-      manifest.viewChecksums.push_back(view.get<std::string>());
-    }
+    manifest.viewChecksums = textsOf(json, "view_checksums");
+    if (version == kAlphaVersion) manifest.alphaChecksums = textsOf(json, "alpha_checksums");
+    if (const size_t alphas = manifest.alphaChecksums.size(), views = manifest.viewChecksums.size();
+        version == kAlphaVersion && (alphas != views || alphas == 0))
+      throw Error::mismatch(std::to_string(std::max<size_t>(views, 1)) + " entries", std::to_string(alphas))
+          .at("alpha_checksums");
     if (const std::string stated = textOf(json, "checksum"), found = ownChecksum(json); stated != found)
       throw Error::mismatch(stated, found).at("checksum");
     if (!(manifest.white > 0) || !std::isfinite(manifest.white))

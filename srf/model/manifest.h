@@ -15,6 +15,8 @@ namespace surflect::model {
 
 // Version of the folder's layout and of how its content is made; older models must be packed anew.
 inline constexpr int kModelVersion = 5;
+// Version of a model with alpha planes. All else is as in kModelVersion.
+inline constexpr int kAlphaVersion = 6;
 
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
@@ -32,7 +34,8 @@ struct Manifest {
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, visibility;    // checksums of transforms.json, surfels.ply and fades.bin
   std::string levels = {}, shadows = {}; // checksums of levels.bin and shadows.bin; empty without such a file
-  std::vector<std::string> viewChecksums; // ViewFile::checksum of each view
+  std::vector<std::string> viewChecksums;       // ViewFile::checksum of each view
+  std::vector<std::string> alphaChecksums = {}; // of each view's alpha file; empty for an opaque object
 };
 
 std::string manifestText(const Manifest& manifest);

@@ -1,6 +1,7 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
+#include "srf/model/alpha_file.h"
 #include "srf/model/level_file.h"
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
@@ -155,25 +156,37 @@ codec::ViewFile openView(const Model& model, size_t view, const std::string& che
   return file;
 }
 
-// Throws what the first faulty view throws, for any number of threads.
-std::vector<codec::ViewFile> openViews(const Model& model, const std::vector<std::string>& checksums,
-                                       const Progress& progress) {
-  std::vector<std::optional<codec::ViewFile>> opened(checksums.size());
-  std::vector<std::exception_ptr> failures(checksums.size());
-  std::atomic<size_t> firstFailure = checksums.size();
-  tbb::parallel_for(size_t{0}, checksums.size(), [&](size_t view) {
+codec::AlphaPlane openAlpha(const Model& model, size_t view, const std::string& checksum,
+                            const Progress& progress) {
+  const std::filesystem::path path = model.folder / alphaFilePath(view);
+  const std::string content = checkedFile(path, kLargestFile, checksum, progress);
+  const capture::Lens& lens = model.rig.views[view].camera.lens;
+  try {
+    return unpackAlpha(content, lens.width, lens.height);
+  } catch (Error& error) {
+    throw std::move(error).in(path);
+  }
+}
+
+// open(view) for all views. Throws what the first faulty view throws, for any number of threads.
+template <class File, class Open>
+std::vector<File> openViews(size_t views, const Progress& progress, const Open& open) {
+  std::vector<std::optional<File>> opened(views);
+  std::vector<std::exception_ptr> failures(views);
+  std::atomic<size_t> firstFailure = views;
+  tbb::parallel_for(size_t{0}, views, [&](size_t view) {
     if (view > firstFailure) return;
     try {
       progress.checkpoint();
-      opened[view].emplace(openView(model, view, checksums[view]));
+      opened[view].emplace(open(view));
     } catch (...) {
       failures[view] = std::current_exception();
       for (size_t first = firstFailure; view < first && !firstFailure.compare_exchange_weak(first, view);) {
       }
     }
   });
-  if (firstFailure < checksums.size()) std::rethrow_exception(failures[firstFailure]);
-  std::vector<codec::ViewFile> files;
+  if (firstFailure < views) std::rethrow_exception(failures[firstFailure]);
+  std::vector<File> files;
   files.reserve(opened.size());
   for (auto& file : opened) files.push_back(*std::move(file));
   return files;
@@ -232,6 +245,8 @@ std::filesystem::path viewFilePath(size_t view) {
   number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
   return std::filesystem::path("views") / (number + ".srfb");
 }
+
+std::filesystem::path alphaFilePath(size_t view) { return viewFilePath(view).replace_extension(".srfa"); }
 
 Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   const auto manifestPath = folder / kManifestFile;
@@ -304,7 +319,14 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
           model.columns = columnsOf(model.rig);
           model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
         }))
-      checks.pass(views, [&] { model.files = openViews(model, manifest.viewChecksums, progress); });
+      checks.pass(views, [&] {
+        const auto &ofViews = manifest.viewChecksums, &ofAlpha = manifest.alphaChecksums;
+        model.files = openViews<codec::ViewFile>(
+            ofViews.size(), progress, [&](size_t view) { return openView(model, view, ofViews[view]); });
+        model.alpha = openViews<codec::AlphaPlane>(ofAlpha.size(), progress, [&](size_t view) {
+          return openAlpha(model, view, ofAlpha[view], progress);
+        });
+      });
   };
   tbb::parallel_invoke(
       openRig, [&] { openFades(manifest.surfels, manifest.views); }, openCloud,
@@ -338,6 +360,11 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
                                                  model.rig.lights, progress);
   for (size_t view = 0; view < model.rig.views.size(); ++view)
     model.files.emplace_back(folder / viewFilePath(view));
+  for (size_t view = 0; content.hasAlpha && view < model.rig.views.size(); ++view) {
+    const capture::Lens& lens = model.rig.views[view].camera.lens;
+    model.alpha.push_back(
+        unpackAlpha(readFile(folder / alphaFilePath(view), kLargestFile), lens.width, lens.height));
+  }
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
   model.white = content.white;
@@ -348,7 +375,7 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
 
 void writeModel(const Model& model, const Progress& progress) {
   const std::filesystem::path& folder = model.folder;
-  const auto checksumOf = [&](const char* file) {
+  const auto checksumOf = [&](const std::filesystem::path& file) {
     return hex(contentHash(readFile(folder / file, kLargestFile, progress)));
   };
   capture::writeCapture(model.rig, folder);
@@ -372,6 +399,8 @@ void writeModel(const Model& model, const Progress& progress) {
                     .shadows = model.lightVisibility ? checksumOf(kShadowFile) : "",
                     .viewChecksums = {}};
   for (const codec::ViewFile& file : model.files) manifest.viewChecksums.push_back(hex(file.checksum()));
+  for (size_t view = 0; view < model.alpha.size(); ++view)
+    manifest.alphaChecksums.push_back(checksumOf(alphaFilePath(view)));
   writeFileAtomically(folder / kManifestFile, manifestText(manifest));
 }
 

@@ -1,6 +1,6 @@
 // A packed surface reflectance field in a folder: manifest.json (version, white level, light blend,
-// checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin, shadows.bin
-// and views/*.srfb.
+// checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin, shadows.bin,
+// views/*.srfb, and views/*.srfa where alpha matters.
 //
 // The rig has the form of a capture whose pictures are the view files: the frames of a view, in order, are
 // the columns of its file. Specified in docs/format.md.
@@ -25,17 +25,20 @@ struct ModelContent {
   ulr::VisibilityWeights visibility;
   double white, tolerance;
   ulr::LightBlend lightBlend;
+  bool hasAlpha = false; // whether the folder has an alpha file for each view
 };
 
-// Makes a model in a folder that has its view files already: with levels of detail, shadow states and open
-// files, but without identity, as it has not been written. Throws Error as ViewFile, and Cancelled.
+// Makes a model in a folder that has its view and alpha files already: with levels of detail, shadow states
+// and open files, but without identity, as it has not been written. Throws Error as ViewFile, and Cancelled.
 Model makeModel(const std::filesystem::path& folder, ModelContent content, const Progress& progress = {});
 
-// Writes a model into its folder, which has the view files already. The manifest is written last: a folder
-// without one is unfinished. Throws Error and Cancelled.
+// Writes a model into its folder, which has the view and alpha files already. The manifest is written last: a
+// folder without one is unfinished. Throws Error and Cancelled.
 void writeModel(const Model& model, const Progress& progress = {});
 
 // Returns views/0007.srfb for view 7.
 std::filesystem::path viewFilePath(size_t view);
+// Returns views/0007.srfa for view 7.
+std::filesystem::path alphaFilePath(size_t view);
 
 } // namespace surflect::model

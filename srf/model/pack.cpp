@@ -7,6 +7,7 @@
 #include "srf/model/pack_folder.h"
 #include "srf/model/pack_prepass.h"
 #include "srf/proxy/mesh/enclosed.h"
+#include "srf/ulr/opacity_hull_weights.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -57,16 +58,22 @@ capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vec
 // Largest default number of surfels; an explicit number may be larger.
 constexpr size_t kMostSurfels = 1000000;
 
+// Least alpha at which colours of a translucent object are stored. Fainter pixels continue their neighbours'
+// colours, since their own are divided by a small alpha and therefore noisy.
+constexpr double kFaintestStored = 1 / 16.;
+
 // Version of the encoder, whose choices decide the bytes of a view; pack does not resume views of another
 // version.
 constexpr int kEncoderVersion = 2;
 
 // Identity of everything that determines the files of a run: an earlier run with the same identity can be
 // resumed.
-std::string packIdentity(const PackSource& source, double tolerance, const TriangleMesh& mesh) {
+std::string packIdentity(const PackSource& source, double tolerance, bool isOpaque,
+                         const TriangleMesh& mesh) {
   const auto hash = [](const auto& values) { return contentHash(std::as_bytes(std::span(values))); };
   return fmt::format("format {} {} {} {:016x} {:016x} {:.17g}\n", kModelVersion, kEncoderVersion,
-                     source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance);
+                     source.identity(), hash(mesh.positions), hash(mesh.triangles), tolerance) +
+         (isOpaque ? "opaque\n" : "");
 }
 
 NormalsFrom normalsOf(proxy::Impostor::Origin origin) {
@@ -96,7 +103,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
   };
-  const std::string identity = packIdentity(source, options.tolerance, mesh);
+  const std::string identity = packIdentity(source, options.tolerance, options.opaque, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   const TriangleMesh surface =
@@ -110,12 +117,6 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.lights = capture.lights.size();
   report.surfelSeconds = surfelWatch.seconds();
 
-  const Stopwatch fadeWatch;
-  std::vector<capture::Camera<AcquisitionSpace>> cameras;
-  for (const auto& view : capture.views) cameras.push_back(view.camera);
-  ulr::VisibilityWeights visibility = ulr::visibilityWeights(cloud, cameras, impostor, progress);
-  report.fadeSeconds = fadeWatch.seconds();
-
   const Stopwatch storeWatch;
   const auto identityPath = folder / packIdentityPath();
   const bool resumes = std::filesystem::exists(identityPath) && readFile(identityPath) == identity;
@@ -128,6 +129,8 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
   report.lightChoice = surveyed->lights;
+  report.isTranslucent = surveyed->isTranslucent && !options.opaque;
+  if (report.isTranslucent) store.presentAlpha = kFaintestStored;
   std::filesystem::remove(folder / "manifest.json"); // marks the folder as unfinished
   if (!resumes) {
     removeViews(folder); // else an interrupted run would leave stale views to be resumed
@@ -135,11 +138,21 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   }
   writeFileAtomically(folder / surveyPath(), packPrepassText(*surveyed));
 
+  const Stopwatch fadeWatch;
+  std::vector<capture::Camera<AcquisitionSpace>> cameras;
+  for (const auto& view : capture.views) cameras.push_back(view.camera);
+  ulr::VisibilityWeights visibility = report.isTranslucent && options.impostor.hull
+                                          ? ulr::opacityHullWeights(cloud, cameras, progress)
+                                          : ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  report.fadeSeconds = fadeWatch.seconds();
+
   std::vector<size_t> missing;
   report.ofView.resize(frames.size());
   for (size_t view = 0; view < frames.size(); ++view) {
     progress.checkpoint();
-    if (const auto earlier = finishedView(folder, view))
+    const capture::Lens& lens = cameras[view].lens;
+    const bool hasAlpha = !report.isTranslucent || isAlphaFinished(folder, view, lens.width, lens.height);
+    if (const auto earlier = hasAlpha ? finishedView(folder, view) : std::nullopt)
       report.ofView[view] = *earlier;
     else
       missing.push_back(view);
@@ -152,6 +165,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const MattedView loaded =
         fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
+    if (report.isTranslucent) writeAlpha(folder, view, codec::AlphaPlane(loaded.stack.alpha));
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;
     report.invalidTexels += loaded.invalidTexels;
@@ -159,7 +173,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
   Model model = makeModel(folder,
                           {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
-                           store.tolerance, surveyed->lights.blend},
+                           store.tolerance, surveyed->lights.blend, report.isTranslucent},
                           progress);
   report.interpolation =
       selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);
@@ -168,7 +182,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     model.lightBlend.foreshortened = report.lightChoice.blend.foreshortened =
         report.interpolation.foreshortened;
   writeModel(model, progress);
-  report.storeSeconds = storeWatch.seconds();
+  report.storeSeconds = storeWatch.seconds() - report.fadeSeconds;
   progress("reflectance images", 1);
   return report;
 }

@@ -22,6 +22,7 @@ struct PackOptions {
   double tolerance = 0.02; // error tolerance of every block; see blockErrorBound
   std::optional<size_t>
       surfels; // approximate count; by default two across a pixel of the photographs, a million at most
+  bool opaque = false;    // alpha is a mask, however many pixels are translucent
   bool overwrite = false; // also replaces a finished model of another identity
 };
 
@@ -34,7 +35,8 @@ struct PackReport {
   double white = 0;
   LightBlendSelection lightChoice;
   InterpolationSelection interpolation;
-  size_t invalidTexels = 0; // NaN or infinite texels in the photographs of views that were not resumed
+  bool isTranslucent = false; // alpha planes are stored
+  size_t invalidTexels = 0;   // NaN or infinite texels in the photographs of views that were not resumed
   std::vector<codec::ViewSummary> ofView; // one for each of `views`, resumed ones included
   codec::ViewSummary store;               // sum of `ofView`
   double surfelSeconds = 0, fadeSeconds = 0, storeSeconds = 0;

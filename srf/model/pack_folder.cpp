@@ -1,5 +1,6 @@
 #include "srf/model/pack_folder.h"
 
+#include "srf/model/alpha_file.h"
 #include "srf/model/model.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -37,12 +38,13 @@ bool isVacant(const fs::path& folder) {
   return std::none_of(begin(entries), end(entries), isContent);
 }
 
-// Returns true for the name of a view's file or of the survey.
+// Returns true for the name of a file of a view or of the survey.
 bool isOfViews(const std::string& name) {
   size_t view = 0;
   const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
   return name == "survey" || (status == std::errc() &&
-                              (viewFilePath(view).filename() == name || errorPath(view).filename() == name));
+                              (viewFilePath(view).filename() == name || errorPath(view).filename() == name ||
+                               alphaFilePath(view).filename() == name));
 }
 
 // Removes temporary files of a run that was killed.
@@ -86,9 +88,24 @@ void claimPackFolder(const fs::path& folder) {
   removeLitter(folder);
 }
 
+void writeAlpha(const fs::path& folder, size_t view, const codec::AlphaPlane& plane) {
+  writeFileAtomically(folder / alphaFilePath(view), packAlpha(plane));
+}
+
 void writeView(const fs::path& folder, size_t view, const codec::EncodedView& encoded) {
   writeFileAtomically(folder / errorPath(view), errorText(encoded.file, encoded.summary));
   writeFileAtomically(folder / viewFilePath(view), encoded.file);
+}
+
+bool isAlphaFinished(const fs::path& folder, size_t view, int width, int height) {
+  const fs::path path = folder / alphaFilePath(view);
+  if (!fs::exists(path)) return false;
+  try {
+    unpackAlpha(readFile(path), width, height);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 std::optional<codec::ViewSummary> finishedView(const fs::path& folder, size_t view) {

@@ -1,6 +1,7 @@
 // The model folder while pack writes it: detects, protects, resumes and removes files of earlier runs.
 #pragma once
 
+#include "srf/codec/alpha_plane.h"
 #include "srf/codec/view_encoder.h"
 
 #include <cstddef>
@@ -27,10 +28,14 @@ void protectFinished(const std::filesystem::path& folder, const std::string& ide
 // the folder is new or was begun or made by pack, since a capture has files of the same names.
 void claimPackFolder(const std::filesystem::path& folder);
 
+// Writes the alpha file of a view. To be called before writeView, which marks the view as finished.
+void writeAlpha(const std::filesystem::path& folder, size_t view, const codec::AlphaPlane& plane);
 // Writes a view file, and beside it its summary, which cannot be recomputed without the photographs.
 void writeView(const std::filesystem::path& folder, size_t view, const codec::EncodedView& encoded);
 // Summary of a view file of an earlier run; empty unless file and summary are complete.
 std::optional<codec::ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
+// Returns whether an earlier run has written the alpha file of a view of this size.
+bool isAlphaFinished(const std::filesystem::path& folder, size_t view, int width, int height);
 
 // Removes all views and the survey.
 void removeViews(const std::filesystem::path& folder);

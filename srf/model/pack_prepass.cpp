@@ -2,6 +2,7 @@
 
 #include "srf/capture/mask_survey.h"
 #include "srf/model/matted_view.h"
+#include "srf/model/translucency.h"
 #include "srf/model/white_level.h"
 #include "surfel/base/error.h"
 #include "surfel/base/evenly_spaced.h"
@@ -21,7 +22,7 @@ namespace surflect::model {
 namespace {
 
 // Version of the survey; a resumed run ignores surveys of other versions.
-constexpr const char* kSurvey = "survey-3";
+constexpr const char* kSurvey = "survey-4";
 
 // Samples without texels: directions and irradiances of the lights at the middle of the impostor.
 ReflectanceSamples lightSamples(const capture::Capture& capture,
@@ -76,6 +77,7 @@ PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> fra
   const bool isFullProduct =
       std::ranges::all_of(frames, [&](const auto& ofView) { return ofView.size() == capture.lights.size(); });
   WhiteLevel white;
+  TranslucencySurvey translucency;
   ReflectanceSamples samples = lightSamples(capture, middleOf(mesh.positions));
   std::optional<SmoothNormals> surface;
   if (isFullProduct) surface.emplace(mesh, progress);
@@ -89,6 +91,7 @@ PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> fra
     const MattedView view =
         fillMissingMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     white.add(view.stack, view.object, progress);
+    translucency.add(view.stack.alpha);
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);
   }
   if (!white.isKnown()) {
@@ -98,14 +101,15 @@ PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> fra
         (matte ? ", which is what is above half of white in mask and alpha; the first is " + *matte : ""))
         .in(capture.file);
   }
-  return {white.value(), samples.choose(white.value(), normals, progress)};
+  return {white.value(), samples.choose(white.value(), normals, progress), translucency.isTranslucent()};
 }
 
 std::string packPrepassText(const PackPrepass& survey) {
   const auto& [blend, leftOutDb] = survey.lights;
-  return fmt::format("{} {:.17g} {} {} {} {}\n", kSurvey, survey.white, blend.lights, nameOf(blend.fit),
+  return fmt::format("{} {:.17g} {} {} {} {} {}\n", kSurvey, survey.white, blend.lights, nameOf(blend.fit),
                      blend.foreshortened ? "foreshortened" : "plain",
-                     leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown");
+                     leftOutDb ? fmt::format("{:.17g}", *leftOutDb) : "unknown",
+                     survey.isTranslucent ? "translucent" : "opaque");
 }
 
 std::optional<PackPrepass> parsePackPrepass(const std::string& text) {
@@ -113,11 +117,13 @@ std::optional<PackPrepass> parsePackPrepass(const std::string& text) {
   words.imbue(std::locale::classic());
   PackPrepass survey;
   ulr::LightBlend& blend = survey.lights.blend;
-  std::string fit, shortening, leftOutDb;
+  std::string fit, shortening, leftOutDb, opacity;
   std::string kind;
-  if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb)) return std::nullopt;
+  if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb >> opacity))
+    return std::nullopt;
   if (fit == nameOf(ulr::LightFit::plane)) blend.fit = ulr::LightFit::plane;
   blend.foreshortened = shortening == "foreshortened";
+  survey.isTranslucent = opacity == "translucent";
   if (leftOutDb != "unknown") {
     double db = 0;
     std::from_chars(leftOutDb.data(), leftOutDb.data() + leftOutDb.size(), db);

@@ -1,4 +1,4 @@
-// Survey of a few views before encoding: white level and light blend.
+// Survey of a few views before encoding: white level, light blend, and whether alpha matters.
 #pragma once
 
 #include "srf/model/light_blend_selection.h"
@@ -16,6 +16,7 @@ namespace surflect::model {
 struct PackPrepass {
   double white = 1; // white level, which scales error bounds
   LightBlendSelection lights;
+  bool isTranslucent = false; // alpha is more than a mask; see TranslucencySurvey
 };
 
 // Surveys up to eight evenly chosen views. The white level is the 99.5th percentile of the object's radiance

@@ -16,8 +16,9 @@ namespace surflect::proxy {
 
 namespace {
 
-Impostor hullOf(const capture::Capture& training, const Progress& progress) {
-  const std::vector<hull::SilhouetteView> silhouetteViews = hull::silhouetteViewsOf(training, progress);
+Impostor hullOf(const capture::Capture& training, hull::Silhouette silhouette, const Progress& progress) {
+  const std::vector<hull::SilhouetteView> silhouetteViews =
+      hull::silhouetteViewsOf(training, progress, silhouette);
   const auto isEmpty = [](const hull::SilhouetteView& silhouetteView) {
     return silhouetteView.outline.isEmpty();
   };
@@ -66,11 +67,12 @@ Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& opt
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
   if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
+  if (options.hull) return hullOf(training, hull::Silhouette::touched, progress);
   if (!options.mesh.empty()) return mendedFile(options.mesh, training, progress);
   if (!training.geometry.empty())
     return mendedFile(training.folder() / training.geometry, training, progress);
   if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
-  return hullOf(training, progress);
+  return hullOf(training, hull::Silhouette::half, progress);
 }
 
 std::string_view nameOf(Impostor::Origin origin) {

@@ -14,6 +14,7 @@ namespace surflect::proxy {
 
 struct ImpostorOptions {
   std::filesystem::path mesh; // replaces the capture's geometry; in original coordinates; or empty
+  bool hull = false;          // true: an opacity hull, of all pixels with alpha above 0, instead of a mesh
   bool relief = false;        // true: a relief from the shading of the only view, instead of a mesh or plane
 };
 
@@ -43,7 +44,8 @@ std::string_view nameOf(Impostor::Origin origin);
 
 // Returns the geometry that pack samples and inspect draws. `training` must contain training frames only.
 // Without a mesh file, a single view gives a plane or relief (one_view.h), and several views with mattes give
-// a visual hull (visual_hull.h). A mesh from a file is mended (mesh_mending.h). Throws Error and Cancelled.
+// a visual hull (visual_hull.h), by default of what is above half of white. A mesh from a file is mended
+// (mesh_mending.h). Throws Error and Cancelled.
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
                     const Progress& progress);
 

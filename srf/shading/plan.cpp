@@ -21,24 +21,47 @@ constexpr size_t kTargetsPerPlan = 512;
 // Appends look-ups to a plan.
 class Emitter {
 public:
-  explicit Emitter(std::span<const capture::View> views) {
-    for (const capture::View& view : views) projectors_.emplace_back(view.camera);
+  // The field must outlive the emitter.
+  explicit Emitter(const ReflectanceField& field) : alpha_(field.alpha) {
+    for (const capture::View& view : field.rig.views) projectors_.emplace_back(view.camera);
   }
 
-  // Adds a look-up of `place` in a view for a target, under the light row [begin, end). Does nothing if the
-  // place does not project into the view.
+  // Adds a look-up of `place` in a view for a target, under the light row [begin, end), and the view's alpha
+  // to that of the target. Does nothing if the place does not project into the view.
   void emit(const Point3<AcquisitionSpace, double>& place, size_t target, uint32_t view, float weight,
             size_t begin, size_t end, ShadingPlan& plan) const {
     const auto pixel = projectors_[view](place);
     if (!pixel) return;
-    plan.ops.push_back({static_cast<uint32_t>(target), view, static_cast<float>(pixel->x),
-                        static_cast<float>(pixel->y), weight, static_cast<uint32_t>(begin),
+    const auto x = static_cast<float>(pixel->x), y = static_cast<float>(pixel->y);
+    if (!plan.alphaSums.empty()) {
+      ShadingPlan::AlphaSum& sum = plan.alphaSums[target];
+      sum.weight += weight;
+      weight *= alpha_[view].at(x, y);
+      sum.alpha += weight;
+      if (weight == 0) return;
+    }
+    plan.ops.push_back({static_cast<uint32_t>(target), view, x, y, weight, static_cast<uint32_t>(begin),
                         static_cast<uint32_t>(end)});
   }
 
 private:
+  std::span<const codec::AlphaPlane> alpha_;                     // one for each view, or none
   std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
 };
+
+// Sets the alpha of each place to the mean over its targets, of which those without a look-up do not count.
+void meanAlpha(ShadingPlan& plan) {
+  plan.alpha.assign(plan.alphaSums.size() / plan.targetsPerPlace, 0);
+  for (size_t place = 0; place < plan.alpha.size(); ++place) {
+    float sum = 0, count = 0;
+    for (size_t target = 0; target < plan.targetsPerPlace; ++target)
+      if (const auto& [alpha, weight] = plan.alphaSums[place * plan.targetsPerPlace + target]; weight > 0) {
+        sum += alpha / weight;
+        ++count;
+      }
+    if (count > 0) plan.alpha[place] = std::clamp(sum / count, 0.f, 1.f);
+  }
+}
 
 // Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
@@ -51,8 +74,8 @@ public:
         share_(isWhole_
                    ? 1
                    : static_cast<float>(batch.environments.size()) / static_cast<float>(batch.sources())),
-        cameras_(field, batch, options), lights_(field, coverage, batch, options, sources),
-        emitter_(field.rig.views), viewColor_(blendColors(field.rig.views.size())) {}
+        cameras_(field, batch, options), lights_(field, coverage, batch, options, sources), emitter_(field),
+        viewColor_(blendColors(field.rig.views.size())) {}
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
@@ -106,7 +129,7 @@ class PairPlanner {
 public:
   PairPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
               const QueryBatch& batch, const ShadeOptions& options)
-      : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field.rig.views),
+      : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field),
         viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
         environmentBrightness_(environmentBrightness(batch)) {
     if (field.isFullProduct && !batch.environments.empty())
@@ -244,6 +267,7 @@ struct ShadingPlanner::Impl {
   const QueryBatch& batch;
   ShadeOptions options;
   ulr::LightExtrapolationFade coverage{lightDirections(field)};
+  bool usesAlpha = options.usesAlpha && !field.alpha.empty();
   bool isProduct =
       hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
   size_t targetsPerPlace = isProduct ? 1 : std::max(size_t{1}, batch.sources());
@@ -284,9 +308,11 @@ void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
   plan.unseen = plan.unmatchedShadows = 0;
   plan.confidence.resize(plan.places);
   const size_t blends = impl_->options.showsBlends ? plan.places : 0;
+  plan.alphaSums.assign(impl_->usesAlpha ? plan.targets() : 0, {});
   plan.cameraBlend.assign(blends, {});
   plan.lightBlend.assign(blends, {});
   std::visit([&](auto& planner) { planner.plan(begin, end, plan); }, impl_->planners.local());
+  meanAlpha(plan);
   if (std::max({plan.rows.weights.size(), plan.rows.lights.size(), plan.targets()}) >
       std::numeric_limits<uint32_t>::max())
     throw Error("too many surfels and lights to be planned at once");

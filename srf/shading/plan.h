@@ -1,10 +1,12 @@
 // Shading plan: turns queries into look-ups of the shading queue, weighted by cameras and lights.
 //
-//   radiance[query] = sum over views i  w_i  sum over lights l  w_l  X_il(x_i)
+//   radiance[query] = sum over views i  w_i a_i(x_i)  sum over lights l  w_l  X_il(x_i)
+//   alpha[query] = sum over views i  w_i a_i(x_i)
 //
 // Symbols: w_i weight of view i (camera_weights.h), w_l weight of captured light l (light_weights.h), X_il
 // their reflectance image, x_i projection of the surfel in view i.  [Weyrich 2005, §5.2 and §5.3] A capture
-// with gaps has one weight for each pair (pair_weights.h).
+// with gaps has one weight for each pair (pair_weights.h). a_i is the alpha of view i, 1 for an opaque
+// object: radiance is premultiplied by alpha, since photographs are blended over one background.
 #pragma once
 
 #include "srf/shading/light_weights.h"
@@ -28,6 +30,12 @@ struct ShadingPlan {
   // One per place: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
   // affect it.
   std::vector<float> confidence;
+  // One per place, if the field has alpha and the options use it: blended alpha, the mean over targets.
+  std::vector<float> alpha;
+  struct AlphaSum {
+    float alpha = 0, weight = 0; // sums of w_i a_i and of w_i
+  };
+  std::vector<AlphaSum> alphaSums; // one per target, if there is alpha
   // One per place, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0;           // places with fallback views only

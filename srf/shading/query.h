@@ -81,6 +81,7 @@ struct ShadeOptions {
   // fading.
   bool nearest = false;
   bool showsBlends = false;  // fills the blend colours of Shaded
+  bool usesAlpha = true;     // false: as for a field without alpha
   size_t placesPerQuery = 1; // about as many as in the batch; limits memory, does not affect the radiance
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
 };

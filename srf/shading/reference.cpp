@@ -384,10 +384,12 @@ private:
   void emit(size_t target, uint32_t view, float weight, size_t begin, size_t end) {
     for (size_t place = placeBegin_; place < placeEnd_; ++place)
       if (const auto pixel =
-              field_.rig.views[view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>()))
-        ops.push_back({static_cast<uint32_t>(place * targetsPerPlace() + target), view,
-                       static_cast<float>(pixel->x), static_cast<float>(pixel->y), weight,
+              field_.rig.views[view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>())) {
+        const auto x = static_cast<float>(pixel->x), y = static_cast<float>(pixel->y);
+        const float alpha = options_.usesAlpha && !field_.alpha.empty() ? field_.alpha[view].at(x, y) : 1;
+        ops.push_back({static_cast<uint32_t>(place * targetsPerPlace() + target), view, x, y, weight * alpha,
                        static_cast<uint32_t>(begin), static_cast<uint32_t>(end)});
+      }
   }
 
   const ReflectanceField& field_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/codec/alpha_plane.h"
 #include "srf/codec/view_file.h"
 #include "srf/ulr/interpolation.h"
 #include "srf/ulr/light_blend.h"
@@ -27,7 +28,8 @@ struct ReflectanceField {
   ulr::VisibilityWeights visibility;       // one per surfel and view
   // One per surfel and light (light_visibility.h), if the model stores them.
   std::optional<ulr::VisibilityWeights> lightVisibility;
-  std::vector<codec::ViewFile> files; // reflectance images, one file for each view of the rig
+  std::vector<codec::ViewFile> files;   // reflectance images, one file for each view of the rig
+  std::vector<codec::AlphaPlane> alpha; // one for each view; empty: the object is opaque
   // For each view, the light of each column; empty for fixed illumination.
   std::vector<std::vector<uint32_t>> columns;
   double white = 1;     // radiance of a white pixel

@@ -55,6 +55,7 @@ public:
     append(summed(queue_.finish(), planner_.targetsPerPlace()), shaded.radiance);
     for (const ShadingPlan& plan : plans) {
       append(plan.confidence, shaded.confidence);
+      append(plan.alpha, shaded.alpha);
       append(plan.cameraBlend, shaded.cameraBlend);
       append(plan.lightBlend, shaded.lightBlend);
       shaded.unseen += plan.unseen;

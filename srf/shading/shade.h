@@ -10,7 +10,8 @@
 namespace surflect::shading {
 
 struct Shaded {
-  std::vector<Rgb> radiance;                // per query
+  std::vector<Rgb> radiance;                // per query; premultiplied by alpha
+  std::vector<float> alpha;                 // per query, as in ShadingPlan
   std::vector<float> confidence;            // per query, as in ShadingPlan
   std::vector<Rgb> cameraBlend, lightBlend; // per query, as in ShadingPlan
   size_t unseen = 0, unmatchedShadows = 0;  // as in ShadingPlan

@@ -144,6 +144,7 @@ struct Studio {
   Rgb albedo{0.8f, 0.5f, 0.3f};
   float gloss = 0;       // brightness of highlights (highlight)
   bool matte = true;     // pictures have alpha
+  float opacity = 1;     // alpha of the sphere
   double unevenness = 0; // how much the logarithm of each light's irradiance changes over a radius
   // split of a frame; none: the frame is left out
   std::function<std::optional<capture::Split>(size_t view, size_t light)> split = [](size_t, size_t) {
@@ -183,7 +184,8 @@ inline capture::Capture photograph(const Studio& studio, const std::filesystem::
     const size_t v = capture.views.size();
     const capture::View& view = capture.views.emplace_back(
         capture::View{numbered("C", v), cameraFrom<AcquisitionSpace>(direction, studio.size)});
-    const SphereView sphere = viewSphere(view.camera, studio.samples);
+    SphereView sphere = viewSphere(view.camera, studio.samples);
+    for (float& alpha : sphere.alpha.values) alpha *= studio.opacity;
     const std::string picture = numbered("C", v) + ".exr";
     std::vector<image::Image> images(shots);
     std::vector<capture::RadianceLayer> layers;

@@ -44,14 +44,28 @@ std::optional<image::Image> matteOf(const capture::Capture& capture, std::span<c
   return matte;
 }
 
+// 1 at and beside pixels with alpha above 0.
+image::Image touched(const image::Image& matte) {
+  image::Image mask(matte.width, matte.height, 1);
+  for (int y = 0; y < matte.height; ++y)
+    for (int x = 0; x < matte.width; ++x) {
+      if (!(matte.at(x, y)[0] > 0)) continue;
+      for (int j = std::max(0, y - 1); j <= std::min(matte.height - 1, y + 1); ++j)
+        for (int i = std::max(0, x - 1); i <= std::min(matte.width - 1, x + 1); ++i) mask.at(i, j)[0] = 1;
+    }
+  return mask;
+}
+
 } // namespace
 
-std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress) {
+std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress,
+                                              Silhouette silhouette) {
   const auto frames = framesByMatte(capture);
   std::vector<SilhouetteView> silhouetteViews;
   for (size_t view = 0; view < frames.size(); ++view) {
     progress("silhouettes", static_cast<double>(view) / static_cast<double>(frames.size()));
-    const auto matte = matteOf(capture, frames[view]);
+    auto matte = matteOf(capture, frames[view]);
+    if (matte && silhouette == Silhouette::touched) matte = touched(*matte);
     if (matte && showsBackground(*matte))
       silhouetteViews.push_back({capture.views[view].identity, capture.views[view].camera, Outline(*matte)});
   }

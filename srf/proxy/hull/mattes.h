@@ -9,8 +9,13 @@
 
 namespace surflect::hull {
 
+// Pixels of a silhouette: those with alpha above 1/2, whose outline is found between pixels; or, for an
+// opacity hull, those with alpha above 0, and their neighbours.
+enum class Silhouette { half, touched };
+
 // One silhouette per view with a matte: the union of the mattes of its frames, each read once. A matte
 // without background counts as none. Throws Error for unreadable files.
-std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress);
+std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress,
+                                              Silhouette silhouette = Silhouette::half);
 
 } // namespace surflect::hull

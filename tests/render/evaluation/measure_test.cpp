@@ -185,6 +185,17 @@ TEST(Measure, ComparesExposedClippedValuesOverTheUnionOfTheMasks) {
   EXPECT_EQ(difference.similaritySrgb.count, 3u);
 }
 
+TEST(Measure, AlphaIsComparedWhereEitherImageShowsTheObject) {
+  image::Image truth(4, 1, 4), rendered(4, 1, 4);
+  truth.at(0, 0)[3] = 0.5f, rendered.at(0, 0)[3] = 0.75f;
+  rendered.at(1, 0)[3] = 0.1f;
+  truth.at(2, 0)[3] = 0.001f; // less than half a level of 8 bits
+  const PooledMean error = alphaError(truth, rendered);
+  EXPECT_EQ(error.count, 2u);
+  EXPECT_NEAR(error.sum, 0.35, 1e-6);
+  EXPECT_EQ(compare(truth, rendered, 1).absoluteErrorAlpha.count, 2u);
+}
+
 TEST(NoiseVariance, IsThatOfWhiteNoiseOnAPlane) {
   std::mt19937_64 random(3);
   std::normal_distribution<float> noise(0, 0.05f);

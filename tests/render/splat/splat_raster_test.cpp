@@ -160,6 +160,25 @@ TEST(SplatRaster, OfTwoCloseSheetsOnlyTheFrontOneIsSeen) {
     }
 }
 
+TEST(SplatRaster, HiddenLayersThatAreKeptChangeNoPicture) {
+  Rng rng(8);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 160, 120, 150);
+  const SplatRaster plain = rasterize(camera, scene.splats()),
+                    kept = rasterize(camera, scene.splats(), {.keepsHidden = true});
+  EXPECT_EQ(plain.alpha, kept.alpha);
+  EXPECT_GT(kept.visible.size(), plain.visible.size());
+  EXPECT_LT(largestDifference(rendered(scene, camera), rendered(scene, camera, {.keepsHidden = true})), 1e-5);
+  EXPECT_LT(largestDifference(depthImage(plain), depthImage(kept)), 1e-4);
+  size_t hidden = 0;
+  for (const RasterTile& tile : kept.tiles)
+    for (const PixelLayer& layer : tile.layers) {
+      hidden += layer.alpha == 0 && layer.area > 0.9f;
+      EXPECT_FALSE(layer.isMedian && layer.alpha == 0);
+    }
+  EXPECT_GT(hidden, 1000u); // of the plane behind the sphere
+}
+
 TEST(SplatRaster, ASphereBeforeAPlaneHasNoHalo) {
   Rng rng(7);
   Scene scene;

@@ -37,6 +37,9 @@ TEST(StageFile, SaysWhatStandsWhere) {
 TEST(StageFile, TransportsHaveTheirNames) {
   EXPECT_EQ(parse(with("\"local\"", "\"direct\"")).trace.transport, Transport::direct);
   EXPECT_EQ(parse(with("\"local\"", "\"full\"")).trace.transport, Transport::full);
+  EXPECT_EQ(parse(with("transport", "matte = \"transmittance\"\ntransport")).trace.matte,
+            Matte::transmittance);
+  EXPECT_EQ(parse(with("transport", "matte = \"coverage\"\ntransport")).trace.matte, Matte::coverage);
 }
 
 TEST(StageFile, AScaleReplacesWhatItNames) {

@@ -156,5 +156,42 @@ TEST(TracerGlass, RoughWaterOnWhiteLosesNothing) {
   }
 }
 
+// Alpha is what a plate keeps from a ray that is refracted at both of its sides; what is reflected inside
+// first does not count as passed.
+TEST(TracerGlass, TheMatteOfAPlateIsWhatItDoesNotTransmit) {
+  const float sigma = 1.1f;
+  const double thickness = 0.4;
+  const material::Dielectric glass{kGlass, 0, {sigma, sigma, sigma}};
+  const StageScene plate({{plane(0, true), glass}, {plane(-thickness, false), glass}});
+  for (const double degrees : {1e-4, 40.0, 70.0}) {
+    const Angle angle = Angle::fromDegrees(degrees);
+    const double mu = std::cos(angle.radians());
+    const Layer surface = interface(mu, kGlass),
+                inside = absorbing(double{sigma}, thickness, material::refractedCosine(mu, kGlass));
+    const auto camera =
+        setPlaces({std::sin(angle.radians()), 0, mu}, 5, 1, 1000, capture::Lens::Model::orthographic);
+    TraceOptions options;
+    options.samples = 1 << 16;
+    const std::vector lights{sun({0, 0, 1}, {1, 1, 1})};
+    EXPECT_EQ(traceView(plate, camera, 0, lights, options, {}).alpha.values[0], 1);
+    options.matte = Matte::transmittance;
+    EXPECT_NEAR(traceView(plate, camera, 0, lights, options, {}).alpha.values[0],
+                1 - material::squared(surface.T) * inside.T, 5e-3)
+        << degrees;
+  }
+}
+
+TEST(TracerGlass, AnOpaqueSurfaceBehindGlassKeepsTheMatteWhole) {
+  const material::Dielectric glass{kGlass};
+  const StageScene covered({{plane(0, true), glass},
+                            {plane(-0.4, false), glass},
+                            {plane(-1, true), material::Lambert{{0.5f, 0.5f, 0.5f}}}});
+  TraceOptions options;
+  options.matte = Matte::transmittance;
+  const auto camera = setPlaces({0.2, 0, 1}, 5, 1, 1000, capture::Lens::Model::orthographic);
+  EXPECT_EQ(
+      traceView(covered, camera, 0, std::vector{sun({0, 0, 1}, {1, 1, 1})}, options, {}).alpha.values[0], 1);
+}
+
 } // namespace
 } // namespace surflect::stage

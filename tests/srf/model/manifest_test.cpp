@@ -51,6 +51,30 @@ TEST(Manifest, OfAModelWithoutLevelsHasNoFieldForThem) {
             std::string::npos);
 }
 
+TEST(Manifest, OfATranslucentObjectHasChecksumsOfItsAlphaAndAVersionOfItsOwn) {
+  EXPECT_NE(manifestText(example()).find("\"version\": 5"), std::string::npos);
+  EXPECT_EQ(manifestText(example()).find("alpha"), std::string::npos);
+  Manifest translucent = example();
+  translucent.alphaChecksums = {sum, sum};
+  const std::string text = manifestText(translucent);
+  EXPECT_NE(text.find("\"version\": 6"), std::string::npos);
+  EXPECT_EQ(parse(text).alphaChecksums, translucent.alphaChecksums);
+  EXPECT_NE(identityOf(translucent), identityOf(example()));
+}
+
+TEST(Manifest, AlphaOfOtherThanAllViewsIsRefused) {
+  Manifest translucent = example();
+  translucent.alphaChecksums = {sum};
+  EXPECT_EQ(image::errorOf([&] { parse(manifestText(translucent)); }),
+            "m/manifest.json: alpha_checksums: found 1, expected 2 entries");
+  std::string text = manifestText(example());
+  text.replace(text.find("\"version\": 5"), 12, "\"version\": 6");
+  EXPECT_EQ(image::errorOf([&] { parse(text); }),
+            "m/manifest.json: alpha_checksums: found nothing, expected a list");
+  text.replace(text.find("\"version\": 6"), 12, "\"version\": 7");
+  EXPECT_EQ(image::errorOf([&] { parse(text); }), "m/manifest.json: version: found 7, expected 5 or 6");
+}
+
 TEST(Manifest, AnyFieldChangesTheIdentity) {
   Manifest other = example();
   other.viewChecksums[1][3] = 'f';

@@ -63,6 +63,49 @@ TEST_F(Pack, PackingAgainResumesAndGivesTheSameBytes) {
   EXPECT_EQ(content(), first);
 }
 
+TEST_F(Pack, AlphaIsStoredOnlyWhereItIsMoreThanAMask) {
+  EXPECT_FALSE(packed(photographed()).isTranslucent);
+  EXPECT_FALSE(content().contains("views/0000.srfa"));
+  EXPECT_TRUE(openModel(folder / "model").alpha.empty());
+
+  studio.opacity = 0.55f;
+  const capture::Capture capture = photograph(studio, folder / "translucent");
+  EXPECT_TRUE(packed(capture, "glass").isTranslucent);
+  const Model model = openModel(folder / "glass");
+  ASSERT_EQ(model.alpha.size(), 5u);
+  for (size_t view = 0; view < 5; ++view) {
+    const image::Image alpha = capture::readPhotographs(capture, std::vector<size_t>{3 * view})[0].alpha;
+    EXPECT_EQ(model.alpha[view].levels(), codec::AlphaPlane(alpha).levels());
+    EXPECT_NEAR(model.alpha[view].at(12, 12), 0.55f, 1. / 255);
+  }
+}
+
+TEST_F(Pack, ATranslucentModelIsResumedToTheSameBytesAlsoWithoutOneOfItsAlphaFiles) {
+  studio.opacity = 0.55f;
+  const capture::Capture capture = photographed();
+  packed(capture);
+  const auto first = content();
+  EXPECT_TRUE(first.contains("views/0003.srfa"));
+  EXPECT_EQ(packed(capture).resumedViews, 5u);
+  EXPECT_EQ(content(), first);
+  std::filesystem::remove(folder / "model/views/0003.srfa");
+  image::writeBytes(folder / "model/views/0001.srfa", "damaged");
+  EXPECT_EQ(packed(capture).resumedViews, 3u);
+  EXPECT_EQ(content(), first);
+}
+
+TEST_F(Pack, ADamagedAlphaFileIsRefusedByName) {
+  studio.opacity = 0.55f;
+  packed(photographed());
+  std::string damaged = content().at("views/0002.srfa");
+  damaged.back() ^= 1;
+  image::writeBytes(folder / "model/views/0002.srfa", damaged);
+  EXPECT_NE(image::errorOf([&] { openModel(folder / "model"); }).find("views/0002.srfa: checksum: found"),
+            std::string::npos);
+  std::filesystem::remove(folder / "model/views/0002.srfa");
+  EXPECT_NE(image::errorOf([&] { openModel(folder / "model"); }).find("views/0002.srfa"), std::string::npos);
+}
+
 TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
   const capture::Capture capture = photographed();
   packed(capture, "whole");

@@ -1,0 +1,17 @@
+// views/NNNN.srfa of a model: the alpha plane of one view. Specified in docs/format.md.
+#pragma once
+
+#include "srf/codec/alpha_plane.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace surflect::model {
+
+std::string packAlpha(const codec::AlphaPlane& plane);
+
+// Reads the content of a file. Throws Error naming the field, also unless the plane is width x height.
+codec::AlphaPlane unpackAlpha(std::string_view content, int width, int height);
+
+} // namespace surflect::model
