@@ -3,10 +3,13 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/evaluate.h"
+#include "render/evaluation/rank_correlation.h"
+#include "render/evaluation/sparsification.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -18,6 +21,7 @@ struct EvaluateArguments {
   std::string model, script, split = "test";
   CaptureArgument capture;
   std::vector<std::string> baselines;
+  bool confidence = false;
   double frame = 1;
   render::RendererOptions options;
   knobs::Setting setting;
@@ -49,6 +53,37 @@ Json summaryOf(const evaluation::Evaluation& evaluation,
   Json json = scoreJson(all);
   for (const auto& [group, score] : groups) json["groups"][group] = scoreJson(score);
   return json;
+}
+
+double rootMeanSquare(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// How well predicted errors order the tiles of all frames, and how large they are beside the true ones. Null
+// where there is no order, as all tiles have one error.
+Json confidenceJson(const evaluation::Evaluation& evaluation) {
+  constexpr size_t kSteps = 20;
+  evaluation::TileErrors tiles;
+  for (const evaluation::FrameScore& frame : evaluation.frames) tiles += frame.tiles;
+  const auto correlation = evaluation::rankCorrelation(tiles.measured, tiles.predicted);
+  const evaluation::Sparsification curves = evaluation::sparsify(tiles.measured, tiles.predicted, kSteps);
+  return {{"tiles", tiles.measured.size()},
+          {"rank_correlation", correlation ? Json(*correlation) : Json()},
+          {"measured_rms", rootMeanSquare(tiles.measured)},
+          {"predicted_rms", rootMeanSquare(tiles.predicted)},
+          {"sparsification_error", evaluation::sparsificationError(curves)},
+          {"rms_left", {{"by_prediction", curves.byPrediction}, {"best", curves.best}}}};
+}
+
+void sayConfidence(const Json& json) {
+  const Json& correlation = json["rank_correlation"];
+  say(fmt::format("confidence: rank correlation {} with the true error over {} tiles; predicted error {:.4f} "
+                  "of white, true {:.4f}",
+                  correlation.is_null() ? "none" : fmt::format("{:.3f}", correlation.get<double>()),
+                  json["tiles"].get<size_t>(), json["predicted_rms"].get<double>(),
+                  json["measured_rms"].get<double>()));
 }
 
 void sayTable(const Json& report) {
@@ -85,6 +120,7 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   options.lambert = isAsked("lambert");
   if (options.lambert && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
+  options.confidence = arguments.confidence;
   std::unique_ptr<render::Renderer> nearest;
   if (isAsked("nearest")) {
     render::RendererOptions nearestOptions = arguments.options;
@@ -117,7 +153,9 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
     report["frames"].push_back(std::move(entry));
   }
   report["invalid_texels"] = invalidTexels;
+  if (arguments.confidence) report["confidence"] = confidenceJson(evaluation);
   sayTable(report);
+  if (arguments.confidence) sayConfidence(report["confidence"]);
   if (invalidTexels > 0)
     say(fmt::format("{} texels of the photographs are NaN or infinite, and in no score", invalidTexels));
   return report;
@@ -141,6 +179,8 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));
+  command->add_flag("--confidence", arguments->confidence,
+                    "also compare the predicted errors of the AOV confidence with the true ones");
   CLI::Option* script =
       command->add_option("--script", arguments->script, "warps that the photographed object went through");
   command->add_option("--frame", arguments->frame, "frame of the script")

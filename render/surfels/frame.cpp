@@ -2,6 +2,7 @@
 
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
+#include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "surfel/base/processor_time.h"
 #include "warp/deform.h"
@@ -170,7 +171,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
                                    : PatchQueries{};
   const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
   stats.queries = asking.size();
-  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+  const shading::FillBatch write = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
     writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
                  progress, batch);
     batch.reached.clear();
@@ -179,6 +180,9 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
+  };
+  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+    write(begin, end, batch);
     clock.finish("queries");
   };
   shading::ShadeOptions shading = options.shade;
@@ -190,11 +194,24 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
+  const bool predictsError = std::ranges::count(options.aovs, "confidence") > 0;
+  std::vector<float> gaps;
+  if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
   layers.color = develop(raster, shaded, std::move(layers.color));
   clock.finish("develop");
   computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
+  if (predictsError) {
+    shading.nearest = true;
+    shading.showsBlends = false;
+    shading::ShadingStats ofNearest;
+    shaded.radiance =
+        shading::shade(field, asking.size(), write, shading, cache, ofNearest, progress).radiance;
+    layers.aovs["confidence"] = predictedError(layers.color, developRadiance(raster, shaded),
+                                               splat::blend(raster, gaps, 1, shaded.confidence),
+                                               options.errorModel, std::move(layers.aovs["confidence"]));
+  }
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;
 }

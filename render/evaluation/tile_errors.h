@@ -1,0 +1,30 @@
+// True and predicted errors of a picture, tile by tile: what a prediction of errors is judged by.
+#pragma once
+
+#include "srf/image/image.h"
+
+#include <vector>
+
+namespace surflect::evaluation {
+
+inline constexpr int kTileSize = 16; // pixels
+// Least part of a tile that object pixels of either image cover.
+inline constexpr double kTileCover = 0.25;
+
+// Root mean square of the errors in each tile, over its object pixels; in row order.
+struct TileErrors {
+  std::vector<double> measured, predicted;
+
+  TileErrors& operator+=(const TileErrors& other) {
+    measured.insert(measured.end(), other.measured.begin(), other.measured.end());
+    predicted.insert(predicted.end(), other.predicted.begin(), other.predicted.end());
+    return *this;
+  }
+};
+
+// By the protocol of measure.h, in linear light: `truth` and `rendered` are linear RGBA, premultiplied;
+// `predicted` is the RMS error of each pixel over its three channels, before the exposure. All have one size.
+TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,
+                      double exposure);
+
+} // namespace surflect::evaluation
