@@ -67,10 +67,14 @@ Json confidenceJson(const evaluation::Evaluation& evaluation) {
   constexpr size_t kSteps = 20;
   evaluation::TileErrors tiles;
   for (const evaluation::FrameScore& frame : evaluation.frames) tiles += frame.tiles;
-  const auto correlation = evaluation::rankCorrelation(tiles.measured, tiles.predicted);
+  const auto correlation = [&](const std::vector<double>& prediction) {
+    const auto rank = evaluation::rankCorrelation(tiles.measured, prediction);
+    return rank ? Json(*rank) : Json();
+  };
   const evaluation::Sparsification curves = evaluation::sparsify(tiles.measured, tiles.predicted, kSteps);
   return {{"tiles", tiles.measured.size()},
-          {"rank_correlation", correlation ? Json(*correlation) : Json()},
+          {"rank_correlation", correlation(tiles.predicted)},
+          {"rank_correlation_of_brightness", correlation(tiles.brightness)},
           {"measured_rms", rootMeanSquare(tiles.measured)},
           {"predicted_rms", rootMeanSquare(tiles.predicted)},
           {"sparsification_error", evaluation::sparsificationError(curves)},

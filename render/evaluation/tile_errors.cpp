@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <span>
 
 namespace surflect::evaluation {
 
@@ -13,13 +14,10 @@ namespace {
 
 double square(double x) { return x * x; }
 
-// |a - b|^2 of a pixel, over its first three channels.
-double squaredDistance(const image::Image& a, const image::Image& b, size_t pixel) {
-  const auto channels = static_cast<size_t>(a.channels);
-  double sum = 0;
-  for (size_t c = 0; c < 3; ++c)
-    sum += square(double{a.values[channels * pixel + c]} - b.values[channels * pixel + c]);
-  return sum;
+// Mean square of three channels.
+double meanSquare(std::span<const float> a) { return (square(a[0]) + square(a[1]) + square(a[2])) / 3; }
+double meanSquare(std::span<const float> a, std::span<const float> b) {
+  return (square(double{a[0]} - b[0]) + square(double{a[1]} - b[1]) + square(double{a[2]} - b[2])) / 3;
 }
 
 } // namespace
@@ -33,19 +31,21 @@ TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, c
   TileErrors tiles;
   for (int top = 0; top < truth.height; top += kTileSize)
     for (int left = 0; left < truth.width; left += kTileSize) {
-      double measured = 0, expected = 0, count = 0;
+      double measured = 0, expected = 0, brightness = 0, count = 0;
       for (int y = top; y < std::min(top + kTileSize, truth.height); ++y)
         for (int x = left; x < std::min(left + kTileSize, truth.width); ++x) {
           const auto pixel =
               static_cast<size_t>(y) * static_cast<size_t>(truth.width) + static_cast<size_t>(x);
           if (!object.inside[pixel]) continue;
-          measured += squaredDistance(a, b, pixel) / 3;
+          measured += meanSquare(a.at(x, y), b.at(x, y));
+          brightness += meanSquare(b.at(x, y));
           expected += square(exposure * predicted.values[pixel]);
           ++count;
         }
       if (count < kTileCover * kTileSize * kTileSize) continue;
       tiles.measured.push_back(std::sqrt(measured / count));
       tiles.predicted.push_back(std::sqrt(expected / count));
+      tiles.brightness.push_back(std::sqrt(brightness / count));
     }
   return tiles;
 }

@@ -11,13 +11,15 @@ inline constexpr int kTileSize = 16; // pixels
 // Least part of a tile that object pixels of either image cover.
 inline constexpr double kTileCover = 0.25;
 
-// Root mean square of the errors in each tile, over its object pixels; in row order.
+// Root mean squares over the object pixels of each tile, in row order.
 struct TileErrors {
-  std::vector<double> measured, predicted;
+  std::vector<double> measured, predicted; // errors
+  std::vector<double> brightness;          // of the rendered colour: the simplest prediction
 
   TileErrors& operator+=(const TileErrors& other) {
     measured.insert(measured.end(), other.measured.begin(), other.measured.end());
     predicted.insert(predicted.end(), other.predicted.begin(), other.predicted.end());
+    brightness.insert(brightness.end(), other.brightness.begin(), other.brightness.end());
     return *this;
   }
 };

@@ -2,6 +2,7 @@
 
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
+#include "render/surfels/fitted_error_model.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "surfel/base/processor_time.h"
@@ -208,9 +209,9 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
     shading::ShadingStats ofNearest;
     shaded.radiance =
         shading::shade(field, asking.size(), write, shading, cache, ofNearest, progress).radiance;
-    layers.aovs["confidence"] = predictedError(layers.color, developRadiance(raster, shaded),
-                                               splat::blend(raster, gaps, 1, shaded.confidence),
-                                               options.errorModel, std::move(layers.aovs["confidence"]));
+    layers.aovs["confidence"] = predictedError(
+        layers.color, developRadiance(raster, shaded), splat::blend(raster, gaps, 1, shaded.confidence),
+        options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["confidence"]));
   }
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;

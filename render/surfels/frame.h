@@ -65,7 +65,7 @@ struct FrameOptions {
   size_t surfelsPerPatch = 1;
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
-  ErrorModel errorModel; // of the AOV confidence
+  std::optional<ErrorModel> errorModel = {}; // of the AOV confidence; none: the fitted one
 };
 
 // Blocks, environments and memory that one frame passes on to the next. Owned by the caller; one frame uses

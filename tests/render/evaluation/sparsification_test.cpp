@@ -7,7 +7,7 @@
 namespace surflect::evaluation {
 namespace {
 
-const std::vector<double> error{3, 1, 4, 1, 5, 9, 2, 6, 5, 3};
+const std::vector<double> errorOfPart{3, 1, 4, 1, 5, 9, 2, 6, 5, 3};
 
 std::vector<double> scaled(std::vector<double> values, double factor) {
   for (double& value : values) value *= factor;
@@ -16,15 +16,15 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
 
 TEST(Sparsification, BeginsWithTheErrorOfAllParts) {
   double sum = 0;
-  for (const double e : error) sum += e * e;
-  const Sparsification curves = sparsify(error, scaled(error, -1), 5);
+  for (const double e : errorOfPart) sum += e * e;
+  const Sparsification curves = sparsify(errorOfPart, scaled(errorOfPart, -1), 5);
   EXPECT_DOUBLE_EQ(curves.best[0], std::sqrt(sum / 10));
   EXPECT_DOUBLE_EQ(curves.byPrediction[0], curves.best[0]);
 }
 
-// Half of the parts taken away leaves the errors 1, 1, 2, 3, 3.
+// Half of the parts taken away leaves the errorOfPart 1, 1, 2, 3, 3.
 TEST(Sparsification, ThatOfAPerfectOrderIsTheBestAndFalls) {
-  const Sparsification curves = sparsify(error, scaled(error, 0.1), 10);
+  const Sparsification curves = sparsify(errorOfPart, scaled(errorOfPart, 0.1), 10);
   for (size_t step = 0; step < 10; ++step)
     EXPECT_DOUBLE_EQ(curves.byPrediction[step], curves.best[step]) << step;
   for (size_t step = 1; step < 10; ++step) EXPECT_LE(curves.best[step], curves.best[step - 1]) << step;
@@ -33,15 +33,15 @@ TEST(Sparsification, ThatOfAPerfectOrderIsTheBestAndFalls) {
 }
 
 TEST(Sparsification, AReversedOrderRisesAboveEveryOther) {
-  const Sparsification reversed = sparsify(error, scaled(error, -1), 10),
-                       other = sparsify(error, std::vector<double>{2, 7, 1, 8, 2, 8, 1, 8, 2, 8}, 10);
+  const Sparsification reversed = sparsify(errorOfPart, scaled(errorOfPart, -1), 10),
+                       other = sparsify(errorOfPart, std::vector<double>{2, 7, 1, 8, 2, 8, 1, 8, 2, 8}, 10);
   EXPECT_DOUBLE_EQ(reversed.byPrediction[9], 9);
   EXPECT_GT(sparsificationError(reversed), sparsificationError(other));
   EXPECT_GT(sparsificationError(other), 0);
 }
 
 TEST(Sparsification, AConstantPredictionLeavesAFlatCurve) {
-  for (const double left : sparsify(error, std::vector<double>(10, 0.5), 10).byPrediction)
+  for (const double left : sparsify(errorOfPart, std::vector<double>(10, 0.5), 10).byPrediction)
     EXPECT_NEAR(left, std::sqrt(207 / 10.0), 1e-12);
 }
 

@@ -27,6 +27,7 @@ TEST(TileErrors, AreRootMeanSquaresAfterTheExposure) {
   for (size_t i = 0; i < 2; ++i) {
     EXPECT_DOUBLE_EQ(tiles.measured[i], 0.25);
     EXPECT_DOUBLE_EQ(tiles.predicted[i], 0.125);
+    EXPECT_DOUBLE_EQ(tiles.brightness[i], 0.75);
   }
 }
 

@@ -250,8 +250,12 @@ TEST_F(FrameOfSphere, PredictingErrorsLeavesTheColorAsItIs) {
     const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
     EXPECT_EQ(film.color.values, plain.color.values);
     EXPECT_FALSE(plain.aovs.contains("confidence"));
-    for (size_t pixel = 0; pixel < film.aovs.at("confidence").values.size(); ++pixel)
-      if (film.color.values[4 * pixel + 3] == 1) EXPECT_GT(film.aovs.at("confidence").values[pixel], 0);
+    const std::vector<float>& error = film.aovs.at("confidence").values;
+    for (size_t pixel = 0; pixel < error.size(); ++pixel) {
+      if (film.color.values[4 * pixel + 3] == 1) {
+        EXPECT_GT(error[pixel], 0);
+      }
+    }
   }
 }
 

@@ -11,10 +11,10 @@
 namespace surflect::surfels {
 namespace {
 
-constexpr int width = 12, height = 9;
+constexpr int sampleWidth = 12, sampleHeight = 9;
 
 image::Image filled(int channels, float value) {
-  image::Image image(width, height, channels);
+  image::Image image(sampleWidth, sampleHeight, channels);
   std::ranges::fill(image.values, value);
   return image;
 }
@@ -22,7 +22,7 @@ image::Image filled(int channels, float value) {
 image::Image randomImage(int channels, uint32_t seed) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<float> uniform(0, 1);
-  image::Image image(width, height, channels);
+  image::Image image(sampleWidth, sampleHeight, channels);
   for (float& value : image.values) value = uniform(rng);
   return image;
 }
@@ -32,7 +32,7 @@ image::Image scaled(image::Image image, float factor) {
   return image;
 }
 
-image::Image sum(image::Image image, float offset) {
+image::Image brighter(image::Image image, float offset) {
   for (float& value : image.values) value += offset;
   return image;
 }
@@ -44,21 +44,21 @@ TEST(PredictedError, AnEvenPictureWhosePhotographsAgreeWhereCamerasAreHasNone) {
 
 TEST(PredictedError, IsTheDifferenceFromTheNearestPhotographTimesItsCoefficient) {
   const image::Image color = filled(4, 0.5f);
-  for (const float error : predictedError(color, sum(color, 0.25f), filled(1, 1), {4, 1, 0}).values)
+  for (const float error : predictedError(color, brighter(color, 0.25f), filled(1, 1), {4, 1, 0}).values)
     EXPECT_NEAR(error, 2 * 0.25, 1e-6);
 }
 
 // A ramp of slope s has the variance 2/3 s^2 over three columns, and 1/4 s^2 over two at the border.
 TEST(PredictedError, OfARampIsItsSlopeTimesTheRootOfTwoThirds) {
   constexpr float slope = 0.125f;
-  image::Image ramp(width, height, 4);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
+  image::Image ramp(sampleWidth, sampleHeight, 4);
+  for (int y = 0; y < sampleHeight; ++y)
+    for (int x = 0; x < sampleWidth; ++x)
       for (size_t c = 0; c < 3; ++c) ramp.at(x, y)[c] = slope * static_cast<float>(x);
   const image::Image error = predictedError(ramp, ramp, filled(1, 0), {1, 1, 1});
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      EXPECT_NEAR(error.at(x, y)[0], slope * std::sqrt(x == 0 || x == width - 1 ? 0.25 : 2 / 3.), 1e-6);
+  for (int y = 0; y < sampleHeight; ++y)
+    for (int x = 0; x < sampleWidth; ++x)
+      EXPECT_NEAR(error.at(x, y)[0], slope * std::sqrt(x == 0 || x == sampleWidth - 1 ? 0.25 : 2 / 3.), 1e-6);
 }
 
 TEST(PredictedError, OfAViewGapIsAShareOfTheColor) {
