@@ -61,20 +61,22 @@ double rootMeanSquare(const std::vector<double>& values) {
   return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// How well predicted errors order the tiles of all frames, and how large they are beside the true ones. Null
-// where there is no order, as all tiles have one error.
+// How well predicted errors order the tiles of all frames, and how large they are beside the true ones. A
+// correlation is null where there is no order, as all tiles have one error.
 Json confidenceJson(const evaluation::Evaluation& evaluation) {
   constexpr size_t kSteps = 20;
   evaluation::TileErrors tiles;
   for (const evaluation::FrameScore& frame : evaluation.frames) tiles += frame.tiles;
-  const auto correlation = [&](const std::vector<double>& prediction) {
-    const auto rank = evaluation::rankCorrelation(tiles.measured, prediction);
+  const evaluation::TileErrors relative = evaluation::relativeErrors(tiles);
+  const auto correlation = [](const std::vector<double>& measured, const std::vector<double>& prediction) {
+    const auto rank = evaluation::rankCorrelation(measured, prediction);
     return rank ? Json(*rank) : Json();
   };
   const evaluation::Sparsification curves = evaluation::sparsify(tiles.measured, tiles.predicted, kSteps);
   return {{"tiles", tiles.measured.size()},
-          {"rank_correlation", correlation(tiles.predicted)},
-          {"rank_correlation_of_brightness", correlation(tiles.brightness)},
+          {"rank_correlation", correlation(tiles.measured, tiles.predicted)},
+          {"rank_correlation_of_brightness", correlation(tiles.measured, tiles.brightness)},
+          {"rank_correlation_relative", correlation(relative.measured, relative.predicted)},
           {"measured_rms", rootMeanSquare(tiles.measured)},
           {"predicted_rms", rootMeanSquare(tiles.predicted)},
           {"sparsification_error", evaluation::sparsificationError(curves)},

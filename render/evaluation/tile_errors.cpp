@@ -22,6 +22,18 @@ double meanSquare(std::span<const float> a, std::span<const float> b) {
 
 } // namespace
 
+TileErrors relativeErrors(const TileErrors& tiles) {
+  TileErrors relative;
+  for (size_t tile = 0; tile < tiles.measured.size(); ++tile) {
+    const double brightness = tiles.brightness[tile];
+    if (!(brightness > 0)) continue;
+    relative.measured.push_back(tiles.measured[tile] / brightness);
+    relative.predicted.push_back(tiles.predicted[tile] / brightness);
+    relative.brightness.push_back(1);
+  }
+  return relative;
+}
+
 TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,
                       double exposure) {
   assert(predicted.channels == 1 && predicted.width == truth.width && predicted.height == truth.height);

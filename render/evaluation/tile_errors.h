@@ -24,6 +24,10 @@ struct TileErrors {
   }
 };
 
+// Errors over brightness, of the tiles that are not black: what a prediction tells beyond "brighter is
+// worse".
+TileErrors relativeErrors(const TileErrors& tiles);
+
 // By the protocol of measure.h, in linear light: `truth` and `rendered` are linear RGBA, premultiplied;
 // `predicted` is the RMS error of each pixel over its three channels, before the exposure. All have one size.
 TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,

@@ -58,5 +58,11 @@ TEST(TileErrors, TexelsThatAreNoNumberInTheTruthAreLeftOut) {
   EXPECT_DOUBLE_EQ(tiles.predicted.at(0), 0.5);
 }
 
+TEST(TileErrors, RelativeOnesAreOverTheBrightnessOfTilesThatAreNotBlack) {
+  const TileErrors relative = relativeErrors({{0.1, 0.2, 0.3}, {0.2, 0.2, 0.2}, {0.5, 0, 0.25}});
+  EXPECT_EQ(relative.measured, (std::vector<double>{0.2, 1.2}));
+  EXPECT_EQ(relative.predicted, (std::vector<double>{0.4, 0.8}));
+}
+
 } // namespace
 } // namespace surflect::evaluation
