@@ -3,11 +3,14 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/evaluate.h"
+#include "render/evaluation/rank_correlation.h"
+#include "render/evaluation/sparsification.h"
 #include "render/evaluation/true_frames.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 
@@ -19,6 +22,7 @@ struct EvaluateArguments {
   std::string model, script, split = "test";
   CaptureArgument capture;
   std::vector<std::string> baselines;
+  bool confidence = false;
   double frame = 1;
   render::RendererOptions options;
   knobs::Setting setting;
@@ -51,6 +55,43 @@ Json summaryOf(const evaluation::Evaluation& evaluation,
   Json json = scoreJson(all);
   for (const auto& [group, score] : groups) json["groups"][group] = scoreJson(score);
   return json;
+}
+
+double rootMeanSquare(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// How well predicted errors order the tiles of all frames, and how large they are beside the true ones. A
+// correlation is null where there is no order, as all tiles have one error.
+Json confidenceJson(const evaluation::Evaluation& evaluation) {
+  constexpr size_t kSteps = 20;
+  evaluation::TileErrors tiles;
+  for (const evaluation::FrameScore& frame : evaluation.frames) tiles += frame.tiles;
+  const evaluation::TileErrors relative = evaluation::relativeErrors(tiles);
+  const auto correlation = [](const std::vector<double>& measured, const std::vector<double>& prediction) {
+    const auto rank = evaluation::rankCorrelation(measured, prediction);
+    return rank ? Json(*rank) : Json();
+  };
+  const evaluation::Sparsification curves = evaluation::sparsify(tiles.measured, tiles.predicted, kSteps);
+  return {{"tiles", tiles.measured.size()},
+          {"rank_correlation", correlation(tiles.measured, tiles.predicted)},
+          {"rank_correlation_of_brightness", correlation(tiles.measured, tiles.brightness)},
+          {"rank_correlation_relative", correlation(relative.measured, relative.predicted)},
+          {"measured_rms", rootMeanSquare(tiles.measured)},
+          {"predicted_rms", rootMeanSquare(tiles.predicted)},
+          {"sparsification_error", evaluation::sparsificationError(curves)},
+          {"rms_left", {{"by_prediction", curves.byPrediction}, {"best", curves.best}}}};
+}
+
+void sayConfidence(const Json& json) {
+  const Json& correlation = json["rank_correlation"];
+  say(fmt::format("confidence: rank correlation {} with the true error over {} tiles; predicted error {:.4f} "
+                  "of white, true {:.4f}",
+                  correlation.is_null() ? "none" : fmt::format("{:.3f}", correlation.get<double>()),
+                  json["tiles"].get<size_t>(), json["predicted_rms"].get<double>(),
+                  json["measured_rms"].get<double>()));
 }
 
 void sayTable(const Json& report) {
@@ -87,6 +128,7 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   options.lambert = isAsked("lambert");
   if (options.lambert && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
+  options.confidence = arguments.confidence;
   std::unique_ptr<render::Renderer> nearest;
   if (isAsked("nearest")) {
     render::RendererOptions nearestOptions = arguments.options;
@@ -121,7 +163,9 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   report["invalid_texels"] = invalidTexels;
   const size_t unknown = capture.frames.size() - evaluation::withKnownObject(capture).frames.size();
   report["photographs_without_mask"] = unknown;
+  if (arguments.confidence) report["confidence"] = confidenceJson(evaluation);
   sayTable(report);
+  if (arguments.confidence) sayConfidence(report["confidence"]);
   if (unknown > 0)
     say(fmt::format("{} photographs have no mask, as others have, and are in no score", unknown));
   if (invalidTexels > 0)
@@ -147,6 +191,8 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));
+  command->add_flag("--confidence", arguments->confidence,
+                    "also compare the predicted errors of the AOV confidence with the true ones");
   CLI::Option* script =
       command->add_option("--script", arguments->script, "warps that the photographed object went through");
   command->add_option("--frame", arguments->frame, "frame of the script")

@@ -4,7 +4,8 @@ namespace surflect {
 
 void addLightFieldCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand(
-      "lightfield", "light fields of an object under fixed light: build, join, compare, time and fly around them");
+      "lightfield",
+      "light fields of an object under fixed light: build, join, compare, time and fly around them");
   command->footer("Example: surflect lightfield build slf views/ -o vase.slf\n"
                   "         surflect lightfield compare vase.slf vase.lum --views views/");
   command->require_subcommand(1);

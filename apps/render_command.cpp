@@ -4,6 +4,7 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
+#include "render/evaluation/trust.h"
 #include "render/film/film_writer.h"
 #include "render/film/shot_renderer.h"
 #include "srf/image/exr.h"
@@ -199,6 +200,37 @@ std::string summary(size_t rendered, size_t kept, double seconds, const std::fil
                      kept > 0 ? "; " + current : "");
 }
 
+// How much of a film is to be trusted, and its worst frame.
+class FilmTrust {
+public:
+  // Does nothing without the AOV confidence.
+  void add(int frame, const render::FrameLayers& layers) {
+    const auto error = layers.aovs.find("confidence");
+    if (error == layers.aovs.end()) return;
+    const evaluation::Trust trust =
+        evaluation::trustIn(layers.color, error->second, film::whiteOf(layers.color));
+    film_ += trust;
+    if (!worst_ || trust.share() < worst_->second.share()) worst_ = {frame, trust};
+  }
+  bool isKnown() const { return worst_.has_value(); }
+  std::string sentence() const {
+    return fmt::format("predicted error: at most {:.0f}/255 of white in {:.0f} % of the object's pixels; "
+                       "fewest in frame {}, {:.0f} %",
+                       255 * evaluation::kTrustedError, 100 * film_.share(), worst_->first,
+                       100 * worst_->second.share());
+  }
+  Json json() const {
+    return {{"error_of_white", evaluation::kTrustedError},
+            {"share", film_.share()},
+            {"worst_frame", worst_->first},
+            {"worst_share", worst_->second.share()}};
+  }
+
+private:
+  evaluation::Trust film_;
+  std::optional<std::pair<int, evaluation::Trust>> worst_;
+};
+
 // Returns whether `--threads 1` was given.
 bool isAlone() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
@@ -236,6 +268,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     report["environments"].push_back(environmentJson(shot.environments()[i], shot.environmentReports()[i]));
   size_t kept = 0;
   bool saidEmpty = false;
+  FilmTrust trust;
   const Stopwatch film;
   film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
                           progress);
@@ -263,6 +296,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
       }
+      trust.add(frame, picture);
       Json entry = frameJson(picture.report);
       entry["frame"] = frame;
       entry["file"] = path.string();
@@ -287,6 +321,10 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   const MemoryUse memory = memoryUse();
   report["memory_peak_bytes"] = memory.peakBytes;
   report["memory_anonymous_bytes"] = memory.anonymousBytes;
+  if (trust.isKnown()) {
+    report["trust"] = trust.json();
+    say(trust.sentence());
+  }
   say(summary(report["frames"].size(), kept, film.seconds(), arguments.output) + quality.summary());
   return report;
 }

@@ -53,7 +53,7 @@ SurfelCloud blownUp(const std::vector<Query>& queries, double d) {
   return cloud;
 }
 
-// First intersection of the ray p + t v with the unit sphere, as seen by the viewer.
+// First intersection of the ray p + t v with the unit sphere, as seen by the viewer; not finite if it misses.
 Vec seenAlong(const Vec& p, const Vec& v) {
   const double b = p.dot(v);
   return p + (-b + std::sqrt(b * b - p.squaredNorm() + 1)) * v;
@@ -95,6 +95,7 @@ double radianceAt(const Vec& q, const Vec& n, const Vec& l, const Vec& v) {
 
 struct LimitError {
   double radiance = 0; // RMS error over the RMS of the truth
+  double withoutL = 0; // the same for directions that are not brought back by L
   double shift = 0;    // RMS distance, at rest, between the hit points of the two rays; radii
   double turn = 0;     // RMS angle between the normal mapped back by L and that of the hit point; radians
   size_t queries = 0;  // number of rays that meet the deformed sphere
@@ -107,7 +108,7 @@ LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t s
   const SurfelCloud cloud = blownUp(queries, d);
   const DeformedCloud deformedCloud = warp::deform(cloud, warp);
   LimitError error;
-  double squaredError = 0, squaredTruth = 0;
+  double squaredError = 0, squaredWithoutL = 0, squaredTruth = 0;
   for (size_t i = 0; i < count; ++i) {
     const auto& [n, v, l] = queries[i];
     const Mat3<double> objectFromAcquisition =
@@ -121,6 +122,9 @@ LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t s
     if (nObject.dot(vObject) < 0.1 || nObject.dot(lObject) < 0.1) continue; // another sheet, or unlit
     const double truth = radianceAt(*seen, nObject, lObject, vObject);
     squaredError += material::squared(radianceAt(answered, answered, l, v) - truth);
+    const Vec unturned = seenAlong(cloud.p0[i].raw().cast<double>(), vObject);
+    const double withoutL = unturned.allFinite() ? radianceAt(unturned, unturned, lObject, vObject) : 0;
+    squaredWithoutL += material::squared(withoutL - truth);
     squaredTruth += material::squared(truth);
     error.shift += (answered - *seen).squaredNorm();
     const Vec normalBack = objectFromAcquisition.transpose() * nObject;
@@ -128,6 +132,7 @@ LimitError limitError(const warp::Warp& warp, double d, size_t count, uint64_t s
     ++error.queries;
   }
   error.radiance = std::sqrt(squaredError / squaredTruth);
+  error.withoutL = std::sqrt(squaredWithoutL / squaredTruth);
   error.shift = std::sqrt(error.shift / static_cast<double>(error.queries));
   error.turn = std::sqrt(error.turn / static_cast<double>(error.queries));
   return error;
@@ -149,6 +154,7 @@ Json impostorLimit() {
       const LimitError error = limitError(*warp, distance, 4000, 1);
       report[name].push_back({{"distance", distance},
                               {"error", error.radiance},
+                              {"error_without_l", error.withoutL},
                               {"shift", error.shift},
                               {"turn_deg", Angle::fromRadians(error.turn).degrees()},
                               {"queries", error.queries}});

@@ -38,19 +38,22 @@ image::Image filmLayer(const std::filesystem::path& file, const std::string& lay
   const image::ExrFile exr(file);
   image::Image color = exr.read({"R", "G", "B", "A"});
   const bool isColor = layer == "color";
-  const image::Image values = isColor              ? image::Image()
-                              : layer == "stretch" ? exr.read({"stretch.V"})
-                                                   : exr.read({layer + ".R", layer + ".G", layer + ".B"});
+  const image::Image values = isColor ? image::Image()
+                              : layer == "stretch" || layer == "confidence"
+                                  ? exr.read({layer + ".V"})
+                                  : exr.read({layer + ".R", layer + ".G", layer + ".B"});
   for (size_t i = 0; i < color.values.size() / 4; ++i) {
     float* pixel = &color.values[4 * i];
     const float alpha = pixel[3];
     if (!(alpha > 0)) continue;
+    const auto encode = [&](float value) {
+      return image::srgbFromLinear(std::clamp(value / alpha / static_cast<float>(white), 0.f, 1.f));
+    };
     Rgb c;
     if (isColor) {
-      const auto encode = [&](float value) {
-        return image::srgbFromLinear(std::clamp(value / alpha / static_cast<float>(white), 0.f, 1.f));
-      };
       c = {encode(pixel[0]), encode(pixel[1]), encode(pixel[2])};
+    } else if (layer == "confidence") {
+      c.r = c.g = c.b = encode(values.values[i]);
     } else if (layer == "stretch") {
       c = stretchColor(values.values[i] / alpha);
     } else {
@@ -130,7 +133,8 @@ void composePanels(std::istream& input) {
 
   std::vector<Panel> panels;
   for (const Json& cell : layout.at("cells")) {
-    const double white = isColor(cell) ? whites[nameOfWhite(cell)] : 1;
+    const bool isRadiance = isColor(cell) || cell.value("layer", "") == "confidence";
+    const double white = isRadiance ? whites[nameOfWhite(cell)] : 1;
     image::Image picture =
         cellPicture(cell.at("file").get<std::string>(), cell.value("layer", "color"), white);
     if (cell.contains("dots")) {

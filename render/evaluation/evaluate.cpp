@@ -77,10 +77,20 @@ Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, 
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
       const scene::Scene scene = truths.sceneOf(frames[view][i]);
-      const image::Image ours = renderer.render(scene, {}, progress).color;
+      const std::vector<std::string> aovs(options.confidence ? 1 : 0, "confidence");
+      const render::FrameLayers layers = renderer.render(scene, aovs, progress);
+      const image::Image& ours = layers.color;
       result.maskIou = image::intersectionOverUnion(image::objectMask(truth[i]), image::objectMask(ours));
       result.invalidTexels = invalidTexels(truth[i]);
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
+      if (options.confidence) {
+        const auto predicted = layers.aovs.find("confidence");
+        if (predicted == layers.aovs.end())
+          throw Error::mismatch("a renderer that predicts its errors", "one that does not")
+              .at("confidence")
+              .in(renderer.describe().folder);
+        result.tiles = tileErrors(truth[i], ours, predicted->second, evaluation.exposure);
+      }
       for (const auto& [name, other] : options.others)
         result.others[name] =
             scoreOf(truth[i], other->render(scene, {}, progress).color, evaluation.exposure);

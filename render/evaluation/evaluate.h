@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/evaluation/measure.h"
+#include "render/evaluation/tile_errors.h"
 #include "render/renderer.h"
 #include "surfel/base/progress.h"
 
@@ -18,6 +19,8 @@ struct EvaluateOptions {
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
   // frame's own camera; see lambert_view.h.
   bool lambert = false;
+  // Whether to compare the renderer's AOV confidence with the true errors; it must have one.
+  bool confidence = false;
 };
 
 // Errors pooled over frames: the protocol of measure.h, and the linear error on the true mask eroded by two
@@ -39,6 +42,7 @@ struct FrameScore {
   size_t invalidTexels = 0; // of the photograph: NaN or infinite, in no score
   Score score;
   std::map<std::string, Score> others; // by name
+  TileErrors tiles;                    // empty unless confidence is asked for
 };
 
 struct Evaluation {
@@ -49,7 +53,8 @@ struct Evaluation {
 // Renders every frame of the capture's split with its own camera and light, and compares. The object is
 // deformed by `warp`, which acts in model coordinates; the capture may have another origin. Cameras and
 // lights of the model's rig count as known. Throws Error if the split is empty, if no frame has an object
-// pixel, or if the Lambert surface is requested and a camera has no photographs that determine normals.
+// pixel, if the Lambert surface is requested and a camera has no photographs that determine normals, or if
+// confidence is requested of a renderer without it.
 Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 

@@ -32,8 +32,8 @@ struct Output {
   bool png = false;
   std::vector<std::string> aov; // each one of aovNames, none twice
 };
-inline constexpr std::array<std::string_view, 5> aovNames = {"depth", "normal", "camera_blend", "light_blend",
-                                                             "stretch"};
+inline constexpr std::array<std::string_view, 6> aovNames = {"depth",       "normal",  "camera_blend",
+                                                             "light_blend", "stretch", "confidence"};
 
 // The captured camera of this name.
 struct NamedCamera {

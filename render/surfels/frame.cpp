@@ -2,6 +2,8 @@
 
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
+#include "render/surfels/fitted_error_model.h"
+#include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "render/surfels/translucent_layers.h"
 #include "surfel/base/processor_time.h"
@@ -211,16 +213,19 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
-  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+  const shading::FillBatch write = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
     writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
                  progress, batch);
     batch.reached.clear();
     if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
     if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
-    if (isTranslucent) addDirections(batch, towardsView);
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
+  };
+  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+    write(begin, end, batch);
+    if (isTranslucent) addDirections(batch, towardsView);
     clock.finish("queries");
   };
   shading::ShadeOptions shading = options.shade;
@@ -232,12 +237,30 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
+  const bool predictsError = std::ranges::count(options.aovs, "confidence") > 0;
+  std::vector<float> gaps;
+  if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
-  layers.color = isTranslucent ? developLayers(raster, cloud, towardsView, shaded, std::move(layers.color))
-                               : develop(raster, shaded, std::move(layers.color));
+  const auto developed = [&](image::Image kept) {
+    return isTranslucent ? developLayers(raster, cloud, towardsView, shaded, std::move(kept))
+                         : develop(raster, shaded, std::move(kept));
+  };
+  layers.color = developed(std::move(layers.color));
   clock.finish("develop");
   computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
+  if (predictsError) {
+    shading.nearest = true;
+    shading.showsBlends = false;
+    shading::ShadingStats ofNearest;
+    shading::Shaded nearest =
+        shading::shade(field, asking.size(), write, shading, cache, ofNearest, progress);
+    shaded.radiance = std::move(nearest.radiance);
+    shaded.alpha = std::move(nearest.alpha);
+    layers.aovs["confidence"] =
+        predictedError(layers.color, developed({}), splat::blend(raster, gaps, 1, shaded.confidence),
+                       options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["confidence"]));
+  }
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;
 }

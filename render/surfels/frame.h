@@ -7,6 +7,7 @@
 #include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
 #include "render/surfels/cut.h"
+#include "render/surfels/predicted_error.h"
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
@@ -64,6 +65,7 @@ struct FrameOptions {
   size_t surfelsPerPatch = 1;
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
+  std::optional<ErrorModel> errorModel = {}; // of the AOV confidence; none: the fitted one
 };
 
 // Blocks, environments and memory that one frame passes on to the next. Owned by the caller; one frame uses

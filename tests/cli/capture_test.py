@@ -55,6 +55,16 @@ class CaptureCommand(TestInFolder):
         straight = succeed(*arguments)
         self.assertGreater(scores["psnr_linear_db"], straight["psnr_linear_db"] + 1)
 
+    def test_predicted_errors_order_the_true_ones(self):
+        confidence = succeed("evaluate", self.folder / "model.srf", self.folder / "capture", "--confidence")["confidence"]
+        self.assertEqual(confidence["tiles"], 68)  # one a frame: the others hold little of the ball
+        self.assertGreater(confidence["rank_correlation"], 0.87)
+        left = confidence["rms_left"]
+        for curve in left.values():
+            self.assertAlmostEqual(curve[0], confidence["measured_rms"])
+        self.assertTrue(all(best <= ours + 1e-12 for best, ours in zip(left["best"], left["by_prediction"])))
+        self.assertLess(confidence["sparsification_error"], 0.08)
+
     def test_a_killed_run_goes_on_to_the_same_bytes_with_any_number_of_threads(self):
         target = self.folder / "killed"
         process = subprocess.Popen([SURFLECT, "capture", str(self.stage), "-o", str(target), "--threads", "1"],

@@ -41,6 +41,20 @@ class Render(TestInFolder):
     def test_every_frame_has_a_picture_and_a_preview(self):
         self.assertEqual(sorted(self.film), FRAMES)
 
+    def test_a_film_with_predicted_errors_says_how_much_of_it_is_to_be_trusted(self):
+        script = self.folder / "trust.toml"
+        script.write_text(SCRIPT.replace('"stretch"]', '"stretch", "confidence"]'))
+        result = run("render", script, "-o", self.folder / "trust")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, r"predicted error: at most 10/255 of white in \d+ % of the object's pixels; "
+                                        r"fewest in frame [123], \d+ %\n")
+        trust = succeed("render", script, "-o", self.folder / "trust")["trust"]
+        self.assertLess(0, trust["share"])
+        self.assertLessEqual(trust["worst_share"], trust["share"])
+        self.assertNotIn("trust", self.report)
+        for name in FRAMES[1::2]:  # previews: the same picture with and without the AOV
+            self.assertEqual(content(self.folder / "trust")[name], self.film[name])
+
     def test_threads_and_cache_do_not_change_a_bit(self):
         for threads in (1, 2):
             for megabytes in (0, 64):

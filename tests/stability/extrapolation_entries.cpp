@@ -1,5 +1,6 @@
 #include "tests/stability/entry.h"
 
+#include "bench/accuracy/claims.h"
 #include "render/evaluation/measure.h"
 #include "tests/render/films.h"
 
@@ -175,6 +176,15 @@ Measured unseenPart() {
   return {hidden > 0 ? lost.naive / sum : kNoAnswer, lost.ours / sum};
 }
 
+// Relative RMS error of radiance of a textured glossy sphere under a twist of 40 degrees, looked up on an
+// impostor at a distance from it, in radii. Naive: directions are not brought back by L.
+Measured impostorDistance(double distance) {
+  static const bench::Json limit = bench::impostorLimit();
+  for (const bench::Json& row : limit["twist"])
+    if (row["distance"] == distance) return {row["error_without_l"], row["error"]};
+  return {kNoAnswer, kNoAnswer};
+}
+
 } // namespace
 
 Group extrapolationGroup() {
@@ -193,6 +203,14 @@ Group extrapolationGroup() {
            turnedTogether, "directions not brought back by L"},
           {"a part that no view sees", "fallback views show it", "share of brightness lost", 0.1, unseenPart,
            "views that see it alone"},
+          {"impostor 0.2 radii from a sphere under a twist", "an error in proportion to the distance",
+           "relative error of radiance", 0.12, [] { return impostorDistance(0.2); },
+           "directions not brought back by L"},
+          {"impostor 0.05 radii from it", "an error in proportion to the distance",
+           "relative error of radiance", 0.028, [] { return impostorDistance(0.05); },
+           "directions not brought back by L"},
+          {"impostor on the sphere", "its radiance", "relative error of radiance", 1.3e-7,
+           [] { return impostorDistance(0); }, "directions not brought back by L"},
           {"light at a surfel", "finite pixels", "values not finite", 0, onSurfel, "I / d^2"},
           {"light inside of the object", "its surface stays dark", "brightness, of a light as near outside",
            0.02, lightInside, "a cosine that is not cut off at 0"},

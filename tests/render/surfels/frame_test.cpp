@@ -241,6 +241,36 @@ TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
   }
 }
 
+TEST_F(FrameOfSphere, PredictingErrorsLeavesTheColorAsItIs) {
+  for (const ulr::Interpolation kind : {ulr::Interpolation::paper, ulr::Interpolation::kriging}) {
+    FrameOptions options;
+    options.shade.interpolation = kind;
+    const FrameLayers plain = filmOf(model(), *noWarp(), camera, lights, options);
+    options.aovs = {"confidence"};
+    const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
+    EXPECT_EQ(film.color.values, plain.color.values);
+    EXPECT_FALSE(plain.aovs.contains("confidence"));
+    const std::vector<float>& error = film.aovs.at("confidence").values;
+    for (size_t pixel = 0; pixel < error.size(); ++pixel) {
+      if (film.color.values[4 * pixel + 3] == 1) {
+        EXPECT_GT(error[pixel], 0);
+      }
+    }
+  }
+}
+
+// The nearest photograph is the picture where nothing is blended: no photographs disagree.
+TEST_F(FrameOfSphere, PredictedDisagreementIsNoneForTheNearestPhotographAlone) {
+  FrameOptions options;
+  options.aovs = {"confidence"};
+  options.errorModel = {1, 0, 0};
+  const image::Image blended = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("confidence");
+  EXPECT_GT(std::ranges::max(blended.values), 0.01f);
+  options.shade.nearest = true;
+  const image::Image alone = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("confidence");
+  EXPECT_EQ(std::ranges::max(alone.values), 0);
+}
+
 TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
   FrameOptions options;
   options.aovs = {"normal", "depth"};

@@ -1,0 +1,11 @@
+// The error model of the AOV confidence, fitted to path-traced stages.
+#pragma once
+
+#include "render/surfels/predicted_error.h"
+
+namespace surflect::surfels {
+
+// Set by `scripts/confidence fit`; docs/stability.md says how it does on other objects.
+inline constexpr ErrorModel kFittedErrorModel{.disagreement = 0.19, .structure = 0.32, .gap = 0.27};
+
+} // namespace surflect::surfels
