@@ -134,8 +134,8 @@ TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
       image::errorOf([&] { render::openRenderer(folder.path()); }),
       (folder / "manifest.json").string() +
           ": format: found \"polygons\", expected \"surflect model\", \"surflect surface light field\", "
-          "\"surflect lumigraph\", \"surflect light field maps\", \"surflect spherical\" or "
-          "\"surflect opacity light field\"");
+          "\"surflect lumigraph\", \"surflect light field maps\", \"surflect spherical\", "
+          "\"surflect opacity light field\" or \"surflect opacity light field maps\"");
 }
 
 } // namespace

@@ -7,9 +7,9 @@ namespace surflect::capture {
 namespace {
 
 using testing::Json, testing::fieldOf;
-using CaptureDamage = testing::CaptureFile;
+using WrongCapture = testing::CaptureFile;
 
-TEST_F(CaptureDamage, PathsCannotLeaveTheFolder) {
+TEST_F(WrongCapture, PathsCannotLeaveTheFolder) {
   const std::string outside = folder.path().filename().string() + "-outside.png";
   for (const std::string& path :
        {"../" + outside, "images/../../" + outside, folder.path().string() + "-outside.png",
@@ -25,7 +25,7 @@ TEST_F(CaptureDamage, PathsCannotLeaveTheFolder) {
   EXPECT_EQ(read(json).frames[0].picture, "images/a.png");
 }
 
-TEST_F(CaptureDamage, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
+TEST_F(WrongCapture, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
   const std::filesystem::path outside = folder.path().string() + "-outside.png";
   std::filesystem::create_symlink(outside, folder / "out.png");
   std::filesystem::create_directory_symlink(folder.path().parent_path(), folder / "up");
@@ -47,7 +47,7 @@ TEST_F(CaptureDamage, LinksLeadOutOfTheFolderOnlyWhereThatIsAllowed) {
   }
 }
 
-TEST_F(CaptureDamage, OfOneThatIsBeingMadeFilesNeedNotBeThereButStayInside) {
+TEST_F(WrongCapture, OfOneThatIsBeingMadeFilesNeedNotBeThereButStayInside) {
   Json json = full();
   const auto parsed = [&] { return parseCapture(json.dump(), folder / "transforms.json", PathRule::unmade); };
   for (const char* field : {"/geometry", "/frames/0/file_path", "/frames/0/mask_path"})
@@ -59,7 +59,7 @@ TEST_F(CaptureDamage, OfOneThatIsBeingMadeFilesNeedNotBeThereButStayInside) {
   EXPECT_NE(image::errorOf(parsed).find("inside"), std::string::npos);
 }
 
-TEST_F(CaptureDamage, DeepNestingIsRefusedNotFollowed) {
+TEST_F(WrongCapture, DeepNestingIsRefusedNotFollowed) {
   for (const char* open : {"[", "{\"a\":"}) {
     std::string text = "{\"frames\": ";
     for (int i = 0; i < 1000000; ++i) text += open;
@@ -68,19 +68,19 @@ TEST_F(CaptureDamage, DeepNestingIsRefusedNotFollowed) {
 }
 
 // Without any closing bracket, the first mistake is reported, not the apparent depth.
-TEST_F(CaptureDamage, AMistakeBeforeTheDepthIsToldFirst) {
+TEST_F(WrongCapture, AMistakeBeforeTheDepthIsToldFirst) {
   std::string text = "{\"frames\": [\n";
   for (int i = 0; i < 200; ++i) text += "{\"file_path\": \"a.png\",\n";
   EXPECT_NE(image::errorOf([&] { readText(text); }).find("malformed JSON in line 3"), std::string::npos);
 }
 
-TEST_F(CaptureDamage, NamesWithLineFeedsStillMakeErrorsOfOneLine) {
+TEST_F(WrongCapture, NamesWithLineFeedsStillMakeErrorsOfOneLine) {
   Json json = full();
   json["frames"][0]["file_path"] = "a\nb";
   EXPECT_NE(error(json).find("a?b"), std::string::npos);
 }
 
-TEST_F(CaptureDamage, MissingFilesAreNamed) {
+TEST_F(WrongCapture, MissingFilesAreNamed) {
   Json json = full();
   json["frames"][1]["file_path"] = "images/c.exr";
   EXPECT_EQ(error(json),
@@ -93,13 +93,13 @@ TEST_F(CaptureDamage, MissingFilesAreNamed) {
             std::string::npos);
 }
 
-TEST_F(CaptureDamage, ADamagedPictureOfUnknownSizeIsNamedItself) {
+TEST_F(WrongCapture, ADamagedPictureOfUnknownSizeIsNamedItself) {
   image::writeBytes(folder / "images/a.png", "no picture");
   const std::string line = image::errorOf([&] { read(small()); });
   EXPECT_TRUE(line.starts_with((folder / "images/a.png").string())) << line;
 }
 
-TEST_F(CaptureDamage, AWrongTypeInAnyFieldIsNamedWithItsField) {
+TEST_F(WrongCapture, AWrongTypeInAnyFieldIsNamedWithItsField) {
   Json json = full();
   json["ortho_height"] = 1;
   json["camera_angle_x"] = 0.556; // 2 atan(3 / 10.5)
@@ -133,7 +133,7 @@ TEST_F(CaptureDamage, AWrongTypeInAnyFieldIsNamedWithItsField) {
   }
 }
 
-TEST_F(CaptureDamage, AMissingFieldIsNamed) {
+TEST_F(WrongCapture, AMissingFieldIsNamed) {
   for (const char* pointer :
        {"/frames", "/frames/0/file_path", "/frames/1/transform_matrix", "/lights/0/name", "/lights/0/type",
         "/lights/0/direction", "/lights/0/irradiance", "/lights/1/position", "/lights/1/intensity"}) {
@@ -147,7 +147,7 @@ TEST_F(CaptureDamage, AMissingFieldIsNamed) {
   EXPECT_EQ(error(json), "frames[0].fl_x: found nothing, expected a number above 0, or camera_angle_x");
 }
 
-TEST_F(CaptureDamage, ValuesOutOfRangeAreNamed) {
+TEST_F(WrongCapture, ValuesOutOfRangeAreNamed) {
   const std::pair<const char*, Json> wrongs[] = {{"/w", 0},
                                                  {"/w", 1e9},
                                                  {"/h", 2.5},
@@ -181,7 +181,7 @@ TEST_F(CaptureDamage, ValuesOutOfRangeAreNamed) {
   }
 }
 
-TEST_F(CaptureDamage, PlacesAndStrengthsGoAsFarAsTheirBounds) {
+TEST_F(WrongCapture, PlacesAndStrengthsGoAsFarAsTheirBounds) {
   Json json = full();
   json["cx"] = -1e12;
   json["lights"][0]["irradiance"] = {1e-12, 1, 1e12};
@@ -196,7 +196,7 @@ TEST_F(CaptureDamage, PlacesAndStrengthsGoAsFarAsTheirBounds) {
             (Point3<AcquisitionSpace, double>(1e12, -1e12, 0)));
 }
 
-TEST_F(CaptureDamage, EveryTruncationIsMalformed) {
+TEST_F(WrongCapture, EveryTruncationIsMalformed) {
   const std::string text = full().dump(1);
   for (size_t length = 0; length < text.size(); ++length) {
     const std::string line = image::errorOf([&] { readText(text.substr(0, length)); });
@@ -204,7 +204,7 @@ TEST_F(CaptureDamage, EveryTruncationIsMalformed) {
   }
 }
 
-TEST_F(CaptureDamage, DamageGivesAnErrorOrACaptureWhoseIndicesHold) {
+TEST_F(WrongCapture, DamageGivesAnErrorOrACaptureWhoseIndicesHold) {
   const std::string text = full().dump();
   std::mt19937 random(2);
   int rejected = 0;
@@ -223,7 +223,7 @@ TEST_F(CaptureDamage, DamageGivesAnErrorOrACaptureWhoseIndicesHold) {
   EXPECT_GT(rejected, 1000);
 }
 
-TEST_F(CaptureDamage, DeepNestingAndHugeNumbersAreErrors) {
+TEST_F(WrongCapture, DeepNestingAndHugeNumbersAreErrors) {
   EXPECT_NE(image::errorOf([&] { readText(std::string(200000, '[')); }), "");
   EXPECT_NE(image::errorOf([&] { readText("{\"frames\":[1e999]}"); }).find("too large"), std::string::npos);
 }
