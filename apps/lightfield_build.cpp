@@ -255,6 +255,32 @@ void addBuildArguments(CLI::App& command, BuildArguments& arguments) {
       ->check(notEmpty());
 }
 
+void addCoarseMesh(CLI::App& command, bool& hull, size_t& triangles) {
+  command.add_flag("--hull", hull, "an opacity hull from the views' alpha, instead of the capture's mesh");
+  command.add_option("--triangles", triangles, "simplify the mesh to so many, around it; default: as it is")
+      ->check(CLI::Range(size_t{4}, size_t{1} << 31));
+}
+
+void addVisible(CLI::App& command, std::optional<olf::Visible>& visible) {
+  command
+      .add_option("--visible", visible,
+                  "views of a vertex: ring, those that see all triangles around it; all, hidden or not; "
+                  "default: all for an opacity hull, ring for a mesh")
+      ->option_text("ring or all")
+      ->transform(CLI::Transformer(
+          std::map<std::string, olf::Visible>{{"ring", olf::Visible::ring}, {"all", olf::Visible::all}}));
+}
+
+void addMapSizes(CLI::App& command, int& samples, int& viewSize) {
+  command
+      .add_option("--samples", samples,
+                  "samples along an edge of a triangle; default: as fine as the photographs")
+      ->check(CLI::Range(2, 256));
+  command.add_option("--view-size", viewSize, "cells of a view map along each side")
+      ->capture_default_str()
+      ->check(CLI::Range(lfm::kLeastViewSize, lfm::kLargestViewSize));
+}
+
 std::string mebibytes(uint64_t bytes) {
   return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
 }

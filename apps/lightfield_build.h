@@ -5,9 +5,12 @@
 #include "apps/command.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/olf/visible_views.h"
 #include "surfel/base/progress.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace surflect {
@@ -22,6 +25,13 @@ struct BuildArguments {
 };
 
 void addBuildArguments(CLI::App& command, BuildArguments& arguments);
+
+// --hull and --triangles of a coarse mesh around the object.
+void addCoarseMesh(CLI::App& command, bool& hull, size_t& triangles);
+// --visible of opacity light fields.
+void addVisible(CLI::App& command, std::optional<olf::Visible>& visible);
+// --samples and --view-size of light field maps.
+void addMapSizes(CLI::App& command, int& samples, int& viewSize);
 
 // Prints how capture and mesh were understood.
 void sayNotes(const lightfield::Views& views);

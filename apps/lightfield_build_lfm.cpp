@@ -106,13 +106,7 @@ void addLightFieldMaps(CLI::App& build, CommandWork& work) {
       ->add_option("--triangles", arguments->triangles,
                    "simplify the mesh to so many; default: 300 pixels of a photograph for each")
       ->check(CLI::Range(size_t{4}, size_t{1} << 31));
-  command
-      ->add_option("--samples", options.samples,
-                   "samples along an edge of a triangle; default: as fine as the photographs")
-      ->check(CLI::Range(2, 256));
-  command->add_option("--view-size", options.viewSize, "cells of a view map along each side")
-      ->capture_default_str()
-      ->check(CLI::Range(lfm::kLeastViewSize, lfm::kLargestViewSize));
+  addMapSizes(*command, options.samples, options.viewSize);
   command
       ->add_option("--terms", arguments->terms,
                    "products for each vertex, at most; default: 3, or 16 with --tolerance")

@@ -79,29 +79,12 @@ void addOpacityLightFieldMaps(CLI::App& build, CommandWork& work) {
   command->footer(
       "Example: surflect lightfield build olfm views/ -o fur.olfm --hull --triangles 3000 --vq 8 --s3tc");
   addBuildArguments(*command, arguments->common);
-  command->add_flag("--hull", options.mesh.hull,
-                    "an opacity hull from the views' alpha, instead of the capture's mesh");
-  command
-      ->add_option("--triangles", options.mesh.triangles,
-                   "simplify the mesh to so many, around it; default: as it is")
-      ->check(CLI::Range(size_t{4}, size_t{1} << 31));
-  command
-      ->add_option("--samples", options.samples,
-                   "samples along an edge of a triangle; default: as fine as the photographs")
-      ->check(CLI::Range(2, 256));
-  command->add_option("--view-size", options.viewSize, "cells of a view map along each side")
-      ->capture_default_str()
-      ->check(CLI::Range(lfm::kLeastViewSize, lfm::kLargestViewSize));
+  addCoarseMesh(*command, options.mesh.hull, options.mesh.triangles);
+  addMapSizes(*command, options.samples, options.viewSize);
   command->add_option("--terms", options.terms, "products for each vertex, at most")
       ->capture_default_str()
       ->check(CLI::Range(size_t{0}, lfm::kMostTerms));
-  command
-      ->add_option("--visible", options.visible,
-                   "views of a vertex: ring, those that see all triangles around it; all, hidden or not; "
-                   "default: all for an opacity hull, ring for a mesh")
-      ->option_text("ring or all")
-      ->transform(CLI::Transformer(
-          std::map<std::string, olf::Visible>{{"ring", olf::Visible::ring}, {"all", olf::Visible::all}}));
+  addVisible(*command, options.visible);
   command
       ->add_option("--order", options.order,
                    "order of depths: list of each pixel (default), or depth peeling")

@@ -64,12 +64,7 @@ void addOpacity(CLI::App& build, CommandWork& work, const char* name, const char
   command->footer(
       fmt::format("Example: surflect lightfield build {0} views/ -o fur.{0} --hull --triangles 3000", name));
   addBuildArguments(*command, arguments->common);
-  command->add_flag("--hull", options.hull,
-                    "an opacity hull from the views' alpha, instead of the capture's mesh");
-  command
-      ->add_option("--triangles", options.triangles,
-                   "simplify the mesh to so many, around it; default: as it is")
-      ->check(CLI::Range(size_t{4}, size_t{1} << 31));
+  addCoarseMesh(*command, options.hull, options.triangles);
   if (method == olf::Method::vdtm)
     command
         ->add_option("--domain", options.domain,
@@ -77,14 +72,7 @@ void addOpacity(CLI::App& build, CommandWork& work, const char* name, const char
         ->option_text("sphere or plane")
         ->transform(CLI::Transformer(std::map<std::string, olf::Domain>{{"sphere", olf::Domain::sphere},
                                                                         {"plane", olf::Domain::plane}}));
-  command
-      ->add_option(
-          "--visible", options.visible,
-          "views of a vertex: ring, those that see all triangles around it; all, hidden or not; default: "
-          "all for an opacity hull, ring for a mesh")
-      ->option_text("ring or all")
-      ->transform(CLI::Transformer(
-          std::map<std::string, olf::Visible>{{"ring", olf::Visible::ring}, {"all", olf::Visible::all}}));
+  addVisible(*command, options.visible);
   command
       ->add_option("--order", options.order,
                    "order of depths: list of each pixel (default), depth peeling, or BSP tree")

@@ -22,16 +22,13 @@ VisibilityWeights opacityHullWeights(const SurfelCloud& cloud,
     std::vector<double> weights(views.size()), densities(views.size());
     for (size_t i = range.begin(); i < range.end(); ++i) {
       const auto p = cloud.p0[i].cast<double>();
-      double best = 0;
       for (size_t view = 0; view < views.size(); ++view) {
         const auto pixel = views[view].project(p);
         weights[view] = pixel ? borderFade(views[view].lens, *pixel) : 0;
         densities[view] = samplingDensity(views[view], viewpoints[view], p);
-        best = std::max(best, weights[view] * densities[view]);
       }
-      for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] =
-            VisibilityWeights::encode(weights[view] * resolutionFade(densities[view], best));
+      fadeByResolution(weights, densities);
+      std::ranges::transform(weights, &result.values[i * views.size()], VisibilityWeights::encode);
     }
   });
   return result;

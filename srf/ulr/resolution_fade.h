@@ -5,9 +5,8 @@
 //
 // Symbols: d_i density of view i, in pixels on a unit of area that faces it, f_x, f_y focal lengths in
 // pixels, r distance; s_i visibility weight without this fade; d* density of the best view. Buehler adds a
-// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it costs no
-// time when rendering, and under ULR a view that is met keeps its weight. Views of up to 1.4 times the
-// distance of the best one do not fade.
+// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it costs no time when rendering, and under
+// ULR a view that is met keeps its weight. Views of up to 1.4 times the distance of the best one do not fade.
 //
 // [Buehler 2001] Buehler, Bosse, McMillan, Gortler, Cohen: Unstructured Lumigraph Rendering, SIGGRAPH.
 #pragma once
@@ -15,6 +14,8 @@
 #include "srf/capture/camera.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <span>
 
 namespace surflect::ulr {
 
@@ -30,6 +31,13 @@ inline double resolutionFade(double density, double best) {
   if (!(best > 0)) return 1;
   const double share = std::min(1.0, 2 * density / best);
   return share * share;
+}
+
+// Multiplies the weights s_i of a surfel by its views' fades.
+inline void fadeByResolution(std::span<double> weights, std::span<const double> densities) {
+  double best = 0;
+  for (size_t view = 0; view < weights.size(); ++view) best = std::max(best, weights[view] * densities[view]);
+  for (size_t view = 0; view < weights.size(); ++view) weights[view] *= resolutionFade(densities[view], best);
 }
 
 } // namespace surflect::ulr

@@ -179,15 +179,12 @@ VisibilityWeights visibilityWeights(const SurfelCloud& cloud,
     for (size_t i = begin; i < end; ++i) {
       const auto n = normalOf(cloud, i);
       votes.at(cloud.p0[i], n, visibility);
-      double best = 0;
       for (size_t view = 0; view < views.size(); ++view) {
         weights[view] = visibilityWeight(views[view], viewpoints[view], cloud.p0[i], n, visibility[view]);
         densities[view] = samplingDensity(views[view], viewpoints[view], cloud.p0[i].cast<double>());
-        best = std::max(best, weights[view] * densities[view]);
       }
-      for (size_t view = 0; view < views.size(); ++view)
-        result.values[i * views.size() + view] =
-            VisibilityWeights::encode(weights[view] * resolutionFade(densities[view], best));
+      fadeByResolution(weights, densities);
+      std::ranges::transform(weights, &result.values[i * views.size()], VisibilityWeights::encode);
     }
   });
   return result;

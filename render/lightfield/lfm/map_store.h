@@ -24,7 +24,7 @@ public:
   LightFieldMaps maps(double white) &&;
 
 private:
-  // What a corner of a triangle adds to the mean of a sample, for each channel.
+  // Share of a corner of a triangle in the mean of a sample, for each channel.
   std::span<float> meanShare(size_t triangle, size_t sample, size_t corner);
   // Sum over the corners, of one channel.
   float meanOf(size_t triangle, size_t sample, size_t channel) const;

@@ -40,7 +40,7 @@ TEST(TileErrors, ASinglePixelCountsByItsShare) {
                    std::sqrt(0.25 / 3 / 256));
 }
 
-// Of two tiles side by side, the second has 3 of 16 columns; pixels beside the object are in no tile.
+// Pictures of 19 and 20 columns: the second of two tiles has 3 or 4 of its 16 columns.
 TEST(TileErrors, TilesWithLittleOfTheObjectAreLeftOut) {
   EXPECT_EQ(tileErrors(opaque(19, 16, 0.5f), opaque(19, 16, 0.5f), filled(19, 16, 1), 1).measured.size(), 1u);
   EXPECT_EQ(tileErrors(opaque(20, 16, 0.5f), opaque(20, 16, 0.5f), filled(20, 16, 1), 1).measured.size(), 2u);

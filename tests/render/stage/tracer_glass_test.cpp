@@ -176,7 +176,8 @@ TEST(TracerGlass, TheMatteOfAPlateIsWhatItDoesNotTransmit) {
     EXPECT_EQ(traceView(plate, camera, 0, lights, options, {}).alpha.values[0], 1);
     options.matte = Matte::transmittance;
     EXPECT_NEAR(traceView(plate, camera, 0, lights, options, {}).alpha.values[0],
-                1 - material::squared(surface.T) * inside.T, 5e-3)
+                1 - material::squared(surface.T) * inside.T,
+                5e-3) // 2^16 paths that pass or not deviate by up to 2e-3
         << degrees;
   }
 }

@@ -26,7 +26,7 @@ class TranslucentSphere : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
     translucent = std::make_unique<PackedStudio>(Studio{.size = pictureSize, .opacity = kOpacity}, 2000);
-    // The same alpha also beyond the outlines of the photographs.
+    // Alpha is constant, also beyond the outlines of the photographs.
     for (codec::AlphaPlane& plane : translucent->model.alpha) {
       const std::vector<uint8_t> levels(plane.levels().size(), kLevel);
       plane = codec::AlphaPlane(plane.width(), plane.height(), levels);
