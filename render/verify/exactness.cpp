@@ -40,16 +40,23 @@ Check surfelCheck(const model::Model& model, shading::ShadeOptions options, cons
   std::vector<shading::ShadingOp> lookups;
   shading::LightRows rows;
   std::vector<uint32_t> queries; // of the look-ups
+  size_t cutAway = 0;            // surfels whose matte shows nothing at their place
   for (uint32_t query = 0; query < met.batch.size(); ++query) {
     const auto pixel = model.rig.views[met.view[query]].camera.project(
         model.cloud.p0[met.batch.surfels[query]].cast<double>());
     if (!pixel) continue;
+    if (!shading::holdsTexel(cache, met.view[query], pixel->x, pixel->y)) {
+      ++cutAway;
+      continue;
+    }
     const auto row = static_cast<uint32_t>(rows.lights.size());
     rows.add(met.column[query], {1, 1, 1});
     lookups.push_back({static_cast<uint32_t>(queries.size()), met.view[query], static_cast<float>(pixel->x),
                        static_cast<float>(pixel->y), 1, row, row + 1});
     queries.push_back(query);
   }
+  if (lookups.empty())
+    return inapplicable("exact_surfels", "no photograph shows a surfel that its camera sees");
   const auto stored = shading::executeReference(lookups, rows, lookups.size(), cache);
   evaluation::PooledMean squares;
   std::map<uint32_t, evaluation::PooledMean> ofView, ofLight;
@@ -84,6 +91,8 @@ Check surfelCheck(const model::Model& model, shading::ShadeOptions options, cons
     finding += fmt::format(", the worst light {} with {:.2g} %", model.rig.lights[light->first].identity,
                            percentOf(light->second));
   }
+  if (cutAway > 0)
+    finding += fmt::format("; {} more are outside of the mattes of cameras that see them", cutAway);
   return judged("exact_surfels", rms, bounds, std::move(finding), {worst});
 }
 

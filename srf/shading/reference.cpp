@@ -450,4 +450,8 @@ std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, co
   return radiance;
 }
 
+bool holdsTexel(codec::BlockCache& cache, uint32_t view, double x, double y) {
+  return lookUp(cache, view, 0, x, y).has_value();
+}
+
 } // namespace surflect::shading

@@ -23,4 +23,7 @@ std::vector<Eigen::Vector3d> shadeReference(const ReflectanceField& field, const
 std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
                                               size_t targets, codec::BlockCache& cache);
 
+// Whether a view stores one of the four texels around a place in its picture, in pixels.
+bool holdsTexel(codec::BlockCache& cache, uint32_t view, double x, double y);
+
 } // namespace surflect::shading

@@ -65,6 +65,17 @@ TEST_F(VerifySphere, PhotographsComeBackForEveryInterpolation) {
   }
 }
 
+TEST_F(VerifySphere, SurfelsOutsideOfAMatteAreNotComparedWithIt) {
+  model::Model frayed = model::openModel(model().folder);
+  for (size_t i = 0; i < frayed.cloud.size(); i += 10)
+    frayed.cloud.p0[i] = assume<Point3<AcquisitionSpace>>(1.5f * frayed.cloud.p0[i].raw());
+  surfels::SurfelRenderer renderer(std::make_shared<model::Model>(model::openModel(model().folder)), {});
+  const auto checks = exactnessOf(frayed, renderer, {}, nullptr, 1, {}).checks;
+  const Check& check = checkOf(checks, "exact_surfels");
+  EXPECT_EQ(check.verdict, Verdict::kept) << check.finding;
+  EXPECT_NE(check.finding.find("outside of the mattes"), std::string::npos) << check.finding;
+}
+
 TEST_F(VerifySphere, AHalfThatIsMirroredIsFoldedOver) {
   // |x|: every surfel with x < 0 is turned inside out.
   const auto folded = std::ranges::count_if(model().cloud.p0, [](const auto& p) { return p.x() < -0.001f; });
