@@ -133,24 +133,24 @@ void PairWeights::setAllViews(const BestView& best) {
 }
 
 void PairWeights::setNearViews(const ulr::NearestCandidates& nearest, const BestView& best) {
-  near_.viewers.size = 0;
+  near_.viewers.clear();
   const auto sorted = nearest.sorted();
   if (sorted.empty()) return;
   const float threshold = ulr::thresholdPenalty(sorted, kNear);
   for (const auto& [view, penalty] : sorted.first(std::min(kNear, sorted.size()))) {
     const auto towards = views_.towards(view, query_);
-    near_.viewers.add(view, towards,
+    near_.viewers.add(view, towards.raw(),
                       confidenceIn(view, towards, penalty, best) *
                           nearness(penalty, sorted[0].penalty, threshold));
   }
 }
 
 void PairWeights::setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows) {
-  near_.lights.size = 0;
+  near_.lights.clear();
   const auto sorted = nearest.sorted();
   const float threshold = ulr::thresholdPenalty(sorted, kNear);
   for (const auto& [light, penalty] : sorted.first(std::min(kNear, sorted.size())))
-    near_.lights.add(light, lights_.towards(light), nearness(penalty, sorted[0].penalty, threshold),
+    near_.lights.add(light, lights_.towards(light).raw(), nearness(penalty, sorted[0].penalty, threshold),
                      usesShadows ? reachedBy(light) : 1);
 }
 
@@ -165,14 +165,14 @@ void PairWeights::setExchanged(size_t l, std::optional<float> requested) {
               ofViews = ulr::thresholdPenalty(views.sorted(), kNear);
   for (const auto& [light, penalty] : lights.sorted().first(std::min(kNear, lights.sorted().size()))) {
     const auto towards = lights_.towards(light);
-    exchanged_.viewers.add(light, towards,
+    exchanged_.viewers.add(light, towards.raw(),
                            nearness(penalty, lights.sorted()[0].penalty, ofLights) *
                                exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
                                                    requested ? *requested * reachedBy(light) : 1));
   }
   const auto visibility = field_.visibility.of(surfel_);
   for (const auto& [view, penalty] : views.sorted().first(std::min(kNear, views.sorted().size())))
-    exchanged_.lights.add(view, views_.towards(view, query_),
+    exchanged_.lights.add(view, views_.towards(view, query_).raw(),
                           nearness(penalty, views.sorted()[0].penalty, ofViews) *
                               ulr::VisibilityWeights::decode(visibility[view]));
 }
@@ -200,55 +200,20 @@ ulr::BlendSet PairWeights::separateBlend(const Direction3<AcquisitionSpace>& tow
   return ulr::ulrWeights(nearest);
 }
 
-// Without the shadow state, as squaredDistance of pairPlaces within 1e-6 / sigma_h^2 (2e-5 / sigma_h^2 near
-// opposite directions): what depends on the view or the light alone is computed once, and half vectors by
-//   |h - g|^2 = |h|^2 + |g|^2 - 2 h . g,   h = (l + v) / m,   |l + v|^2 = 2 + 2 l . v
-std::array<float, PairWeights::kNear * PairWeights::kNear>
-PairWeights::NearPairs::squaredDistances(const LightQuery& asked, const Vec3<float>& towardsView,
-                                         const ulr::KrigingScales& scales) const {
-  const Vec3<float> light = asked.towards.raw(), half = ulr::halfVector(light, towardsView);
-  const auto square = [](float x) { return x * x; };
-  const float ofHalf = 1 / square(scales.half), ofLight = 1 / square(scales.light),
-              ofView = 1 / square(scales.view);
-  const float halfSquared = half.squaredNorm();
-  std::array<float, kNear> x, y, z, alongHalf, own; // lights; `own` is what they add to the distance alone
-  for (size_t l = 0; l < kNear; ++l) {
-    const size_t near = std::min(l, lights.size - 1);
-    const Vec3<float> towards = lights.towards[near].raw();
-    x[l] = towards[0], y[l] = towards[1], z[l] = towards[2];
-    alongHalf[l] = towards.dot(half);
-    own[l] = ofLight * (towards - light).squaredNorm();
-  }
-  std::array<float, kNear * kNear> squared;
-  for (size_t v = 0; v < viewers.size; ++v) {
-    const Vec3<float> towards = viewers.towards[v].raw();
-    const float viewAlongHalf = towards.dot(half), ofThis = ofView * (towards - towardsView).squaredNorm();
-    for (size_t l = 0; l < kNear; ++l) { // arithmetic without branches
-      const float sum = std::max(0.f, 2 + 2 * (x[l] * towards[0] + y[l] * towards[1] + z[l] * towards[2]));
-      const float inverse = 1 / std::max(std::sqrt(sum), ulr::kOppositeHalf);
-      const float apart =
-          sum * inverse * inverse + halfSquared - 2 * (alongHalf[l] + viewAlongHalf) * inverse;
-      squared[kNear * v + l] = ofHalf * std::max(0.f, apart) + own[l] + ofThis;
-    }
-  }
-  return squared;
-}
-
-// Offers all pairs by their distance, numbered from `first`.
-void PairWeights::offerAll(const NearPairs& pairs, uint32_t first, const LightQuery& asked,
-                           const ulr::KrigingScales& scales, ulr::NearestCandidates& nearest) const {
-  if (pairs.isEmpty()) return;
-  const std::array<float, kNear* kNear> penalties =
-      pairs.squaredDistances(asked, batch_.towardsView[query_].raw(), scales);
-  std::array<float, kNear> apart; // difference of shadow states
-  for (size_t l = 0; l < pairs.lights.size; ++l)
-    apart[l] = std::abs(pairs.lights.reached[l] - asked.reached.value_or(1)) / scales.shadow;
-  for (size_t v = 0; v < pairs.viewers.size; ++v)
-    for (size_t l = 0; l < pairs.lights.size; ++l) {
-      const size_t pair = kNear * v + l;
-      const float penalty = penaltyOf(penalties[pair], apart[l]);
-      nearest.offer({first + static_cast<uint32_t>(pair), penalty / pairs.confidence(pair)});
-    }
+RequestedPair PairWeights::requestedPair(const LightQuery& asked, const ulr::KrigingScales& scales) const {
+  const Vec3<float>& light = asked.towards.raw();
+  const Vec3<float>& view = batch_.towardsView[query_].raw();
+  const Vec3<float> half = ulr::halfVector(light, view);
+  const auto inverseSquare = [](float scale) { return 1 / (scale * scale); };
+  return {.light = {light[0], light[1], light[2]},
+          .view = {view[0], view[1], view[2]},
+          .half = {half[0], half[1], half[2]},
+          .shadow = asked.reached.value_or(1),
+          .ofHalf = inverseSquare(scales.half),
+          .ofLight = inverseSquare(scales.light),
+          .ofView = inverseSquare(scales.view),
+          .ofShadow = 1 / scales.shadow,
+          .isKriging = isKriging_};
 }
 
 // A pair leaves the blend as its distance grows, or as the confidence in its view or light falls.
@@ -278,18 +243,27 @@ ulr::BlendSet PairWeights::weightsOf(const ulr::NearestCandidates& nearest, cons
 
 // Pairs of the nearest views and lights; every view has every light.
 ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
-  constexpr uint32_t kExchanged = kNear * kNear; // index of the first exchanged pair
-  ulr::NearestCandidates nearest(count_);
   const ulr::KrigingScales scales = scalesFor(asked);
-  offerAll(near_, 0, asked, scales, nearest);
-  offerAll(exchanged_, kExchanged, asked, scales, nearest);
-  return weightsOf(nearest, asked, scales, [&](uint32_t index) {
-    const bool isExchanged = index >= kExchanged;
+  const RequestedPair requested = requestedPair(asked, scales);
+  std::array<float, 2 * kNearPairs> penalties; // of near pairs, then of exchanged ones
+  const size_t nearPairs = kPairLanes * near_.viewers.size, exchanged = kPairLanes * exchanged_.viewers.size;
+  writePairPenalties(near_.viewers, near_.lights, requested, penalties.data());
+  writePairPenalties(exchanged_.viewers, exchanged_.lights, requested, penalties.data() + nearPairs);
+  std::array<uint32_t, ulr::kMaxBlended + 1> places;
+  std::array<float, ulr::kMaxBlended + 1> least;
+  const size_t found =
+      findLeast(penalties.data(), nearPairs + exchanged, count_ + 1, places.data(), least.data());
+  ulr::NearestCandidates nearest(count_);
+  for (size_t i = 0; i < found; ++i) nearest.offer({places[i], least[i]});
+  return weightsOf(nearest, asked, scales, [&](uint32_t place) -> Candidate {
+    const bool isExchanged = place >= nearPairs;
     const NearPairs& pairs = isExchanged ? exchanged_ : near_;
-    const uint32_t pair = index % kExchanged, viewer = pairs.viewers.index[pair / kNear],
-                   light = pairs.lights.index[pair % kNear];
+    const size_t pair = isExchanged ? place - nearPairs : place;
+    const uint32_t viewer = pairs.viewers.index[pair / kPairLanes],
+                   light = pairs.lights.index[pair % kPairLanes];
     const size_t number = isExchanged ? firstPair_[light] + viewer : firstPair_[viewer] + light;
-    return pairs.candidate(pair, static_cast<uint32_t>(number), isExchanged ? kReciprocalNugget : 0, scales);
+    return {static_cast<uint32_t>(number), pairs.place(pair, scales), pairs.confidence(pair),
+            isExchanged ? kReciprocalNugget : 0};
   });
 }
 
@@ -370,7 +344,8 @@ PairWeights::Blend PairWeights::blend(size_t l) {
   if (lights.sorted().empty()) return {};
   if (isSparse_) return blendOf(sparseBlend(asked), asked, lights, foreshortened_);
   setNearLights(lights, asked.reached.has_value());
-  exchanged_.viewers.size = exchanged_.lights.size = 0;
+  exchanged_.viewers.clear();
+  exchanged_.lights.clear();
   if (reciprocal_ && asked.reached.value_or(1) > 0)
     setExchanged(l, asked.reached); // exchanged pairs show a lit surfel
   return blendOf(nearBlend(asked), asked, lights, foreshortened_);

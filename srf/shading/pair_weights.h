@@ -25,6 +25,7 @@
 
 #include "srf/shading/camera_weights.h"
 #include "srf/shading/light_weights.h"
+#include "srf/shading/pair_kernels.h"
 #include "srf/ulr/kriging.h"
 #include "srf/ulr/light_extrapolation.h"
 
@@ -35,7 +36,6 @@
 
 namespace surflect::shading {
 
-inline constexpr size_t kNearSources = 6; // nearest views, and lights, whose pairs are considered
 inline constexpr float kReciprocalNugget = 0.02f;
 
 // Scales of d_ij. Those of `pairs` give p_i + p_j + 64 p_h + 4 (difference of shadow states)^2, where p_h is
@@ -107,21 +107,6 @@ public:
 private:
   static constexpr size_t kNear = kNearSources;
 
-  // The nearest views or lights; at least one, if there are any.
-  struct NearSet {
-    size_t size = 0;
-    std::array<uint32_t, kNear> index;
-    std::array<Direction3<AcquisitionSpace>, kNear> towards;
-    std::array<float, kNear> confidence; // falls to 0 where one leaves the nearest
-    std::array<float, kNear> reached;    // shadow states of lights
-    void add(uint32_t source, const Direction3<AcquisitionSpace>& direction, float trust,
-             float shadowState = 1) {
-      index[size] = source;
-      towards[size] = direction;
-      confidence[size] = trust;
-      reached[size++] = shadowState;
-    }
-  };
   // Light of a query, for which photographs are blended.
   struct LightQuery {
     Direction3<AcquisitionSpace> towards;
@@ -135,23 +120,19 @@ private:
     float confidence, nugget; // nugget in addition to nuggetOf
   };
 
-  // Candidates: the pairs of each viewer with each light.
+  // Candidates: the pairs of each viewer with each light, numbered as in pair_kernels.h.
   struct NearPairs {
-    NearSet viewers, lights;
+    NearSources viewers, lights;
 
-    bool isEmpty() const { return viewers.size == 0 || lights.size == 0; }
     float confidence(size_t pair) const {
-      return viewers.confidence[pair / kNear] * lights.confidence[pair % kNear];
+      return viewers.confidence[pair / kPairLanes] * lights.confidence[pair % kPairLanes];
     }
-    Candidate candidate(size_t pair, uint32_t number, float nugget, const ulr::KrigingScales& scales) const {
-      return {number,
-              ulr::pairPlace(lights.towards[pair % kNear], viewers.towards[pair / kNear],
-                             lights.reached[pair % kNear], scales),
-              confidence(pair), nugget};
+    ulr::PairPlace place(size_t pair, const ulr::KrigingScales& scales) const {
+      const size_t light = pair % kPairLanes;
+      return ulr::pairPlace(assume<Direction3<AcquisitionSpace>>(lights.towards(light)),
+                            assume<Direction3<AcquisitionSpace>>(viewers.towards(pair / kPairLanes)),
+                            lights.reached[light], scales);
     }
-    // Squared distances from the requested pair without shadow states, kNear for each viewer.
-    std::array<float, kNear * kNear> squaredDistances(const LightQuery& asked, const Vec3<float>& towardsView,
-                                                      const ulr::KrigingScales& scales) const;
   };
 
   Blend blendOf(ulr::BlendSet weights, const LightQuery& asked, const ulr::NearestCandidates& nearestLights,
@@ -166,8 +147,7 @@ private:
   void setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows);
   void setExchanged(size_t l, std::optional<float> requested);
   ulr::BlendSet separateBlend(const Direction3<AcquisitionSpace>& towards) const;
-  void offerAll(const NearPairs& pairs, uint32_t first, const LightQuery& asked,
-                const ulr::KrigingScales& scales, ulr::NearestCandidates& nearest) const;
+  RequestedPair requestedPair(const LightQuery& asked, const ulr::KrigingScales& scales) const;
   ulr::BlendSet nearBlend(const LightQuery& asked) const;
   ulr::BlendSet sparseBlend(const LightQuery& asked) const;
   // Weights of the nearest of the candidates, whose numbers become those of pairs.
