@@ -1,5 +1,6 @@
 #include "bench/accuracy/directions.h"
 
+#include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "warp/deform.h"

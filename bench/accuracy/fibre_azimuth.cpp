@@ -11,6 +11,7 @@
 #include "bench/gallery/figures.h"
 #include "render/stage/material/shading.h"
 #include "render/stage/tracer.h"
+#include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "srf/image/color.h"

@@ -1,6 +1,7 @@
 #include "bench/gallery/figures.h"
 
 #include "render/film/frame_file.h"
+#include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "warp/deform.h"
 

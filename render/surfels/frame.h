@@ -26,10 +26,6 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
                         const DeformedCloud& deformed, const splat::SplatOptions& options = {},
                         const Progress& progress = {});
 
-// Image in RGBA, premultiplied, from the radiance of each entry of raster.visible, weighted by confidence if
-// `shaded` has it, and with its alpha if it has that; nothing is seen through a layer.
-image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded);
-
 using render::FrameLayers;
 
 struct FrameStats {

@@ -1,5 +1,6 @@
 #include "render/surfels/reference.h"
 
+#include "render/surfels/develop.h"
 #include "render/surfels/queries.h"
 #include "srf/ulr/fallback_view.h"
 #include "srf/ulr/ulr.h"

@@ -1,6 +1,7 @@
 #include "render/surfels/prepared_environment.h"
 
 #include "render/scene/environment_files.h"
+#include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "srf/image/exr.h"
