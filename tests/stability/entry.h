@@ -2,6 +2,8 @@
 // for ours. The program `stability` tests all entries and writes the tables of docs/stability.md.
 #pragma once
 
+#include "srf/image/image.h"
+
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -21,9 +23,20 @@ struct Entry {
   std::string naive = {}; // the naive form, where it is not that of the group
 };
 
+// Pictures of an entry: RGBA, premultiplied.
+struct Pictures {
+  image::Image naive, ours, truth;
+};
+
+struct Illustration {
+  std::string name; // of its files
+  std::function<Pictures()> draw;
+};
+
 struct Group {
   std::string name, naive; // the naive form of its entries
   std::vector<Entry> entries;
+  std::vector<Illustration> illustrations = {};
 };
 
 Group lookUpGroup();

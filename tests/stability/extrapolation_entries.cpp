@@ -131,11 +131,11 @@ Measured lightInside() {
 }
 
 // Object and cameras and lights turned together; naive: lights and viewer are not brought back by L.
-Measured turnedTogether() {
+Pictures turnedPictures(int size) {
   const PackedStudio& packed = matte();
   std::mt19937 random(4);
   const studio::RigidMotion motion = studio::randomMotion(random);
-  const auto camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, pictureSize);
+  const auto camera = cameraFrom<ObjectSpace>({0.3, 0.5, 1}, size);
   const Vec3<double> towards = Vec3<double>(0.5, 0.2, 1).normalized();
   const auto sun = [](const Vec3<double>& d) {
     return Lights{scene::ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(d), {3, 3, 3}}};
@@ -145,35 +145,51 @@ Measured turnedTogether() {
   const Vec3<double> turned = motion.rigid().rotation() * towards;
   const image::Image moved = frame(packed.model, motion(camera), sun(turned), *motion.warp(), false);
   const image::Image naive = frame(packed.model, camera, sun(turned), *still, false);
-  return {studio::largestDifference(rest, naive), studio::largestDifference(rest, moved)};
+  return {naive, moved, rest};
 }
 
-// Mean brightness that is lost where no view sees a part of the sphere. Naive: only views that see a surfel.
-Measured unseenPart() {
+Measured turnedTogether() {
+  const auto [naive, ours, truth] = turnedPictures(pictureSize);
+  return {studio::largestDifference(truth, naive), studio::largestDifference(truth, ours)};
+}
+
+// A part of the sphere that no view sees. Naive: without fallback views, it is black. Truth: all views see
+// it.
+Pictures unseenPictures(int size) {
   const PackedStudio& packed = matte();
   model::Model blind = model::openModel(packed.model.folder);
-  const auto camera = cameraFrom<ObjectSpace>({1, 0.2, 0.1}, pictureSize);
+  const auto camera = cameraFrom<ObjectSpace>({1, 0.2, 0.1}, size);
   const Lights lights{scene::ShotDirectionalLight{{0.8, 0.6, 0}, {3, 3, 3}}};
   const auto still = studio::noWarp();
-  const image::Image seen = frame(packed.model, camera, lights, *still, false);
-  double hidden = 0;
+  Pictures pictures;
+  pictures.truth = frame(packed.model, camera, lights, *still, false);
   for (size_t i = 0; i < blind.cloud.size(); ++i) {
     if (blind.cloud.p0[i].x() < 0.5f) continue;
-    ++hidden;
     std::fill_n(blind.visibility.values.begin() + static_cast<std::ptrdiff_t>(i * blind.visibility.views),
                 blind.visibility.views, uint8_t{0});
   }
-  const image::Image ours = frame(blind, camera, lights, *still, false);
-  // Pixels of the middle show surfels without a view alone: without fallbacks they are black.
+  pictures.ours = frame(blind, camera, lights, *still, false);
+  pictures.naive = pictures.truth;
+  const studio::SphereView view = studio::viewSphere(camera, 1);
+  for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel)
+    if (view.first[pixel] < view.first[pixel + 1] && view.normals[view.first[pixel]].x() >= 0.5f)
+      std::fill_n(pictures.naive.values.begin() + static_cast<std::ptrdiff_t>(4 * pixel), 3, 0.f);
+  return pictures;
+}
+
+// Share of the brightness of the middle of the sphere, which no view sees, that is lost.
+Measured unseenPart() {
+  const Pictures pictures = unseenPictures(pictureSize);
   Measured lost;
   double sum = 0;
   for (int y = 12; y < 28; ++y)
     for (int x = 12; x < 28; ++x) {
-      sum += double{seen.at(x, y)[0]};
-      lost.ours += std::abs(double{seen.at(x, y)[0]} - double{ours.at(x, y)[0]});
-      lost.naive += double{seen.at(x, y)[0]};
+      const double seen{pictures.truth.at(x, y)[0]};
+      sum += seen;
+      lost.ours += std::abs(seen - double{pictures.ours.at(x, y)[0]});
+      lost.naive += std::abs(seen - double{pictures.naive.at(x, y)[0]});
     }
-  return {hidden > 0 ? lost.naive / sum : kNoAnswer, lost.ours / sum};
+  return {lost.naive / sum, lost.ours / sum};
 }
 
 // Relative RMS error of radiance of a textured glossy sphere under a twist of 40 degrees, looked up on an
@@ -220,7 +236,8 @@ Group extrapolationGroup() {
            [] { return closeLight(0.1); }},
           {"light 0.03 from it, closer than surfels are", "its closed form", "relative error of brightness",
            0.055, [] { return closeLight(0.03); }},
-      }};
+      },
+      {{"turned", [] { return turnedPictures(144); }}, {"unseen", [] { return unseenPictures(144); }}}};
 }
 
 } // namespace surflect::stability

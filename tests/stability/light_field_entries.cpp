@@ -17,6 +17,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -104,6 +105,61 @@ TriangleMesh ringOfBars() {
   return mesh;
 }
 
+// Whole triangles, furthest middle first.
+std::vector<uint32_t> byMiddles(const std::vector<olf::Piece>& whole, const Vec3<double>& viewer) {
+  std::vector<uint32_t> order(whole.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, std::greater(), [&](uint32_t i) {
+    const auto& corners = whole[i].corners;
+    return ((corners[0] + corners[1] + corners[2]) / 3 - viewer).norm();
+  });
+  return order;
+}
+
+// Distance along a ray at which it meets a piece.
+std::optional<double> distanceTo(const olf::Piece& piece, const Vec3<double>& viewer,
+                                 const Vec3<double>& direction) {
+  const auto& [a, b, c] = piece.corners;
+  Mat3<double> edges;
+  edges << b - a, c - a, -direction;
+  const Vec3<double> at = edges.inverse() * (viewer - a); // barycentrics, then distance
+  if (!(at[0] > 0 && at[1] > 0 && at[0] + at[1] < 1)) return std::nullopt;
+  return at[2];
+}
+
+// The ring of bars, painted back to front. Naive: whole triangles in the order of their middles. Truth: the
+// nearest piece along each ray.
+Pictures barPictures(int size) {
+  const TriangleMesh mesh = ringOfBars();
+  const Vec3<double> viewer(0, 0, 5);
+  constexpr int kRays = 4; // for each pixel, along each side
+  const std::vector<olf::Piece> whole = olf::wholePieces(mesh);
+  const olf::BspTree tree(mesh, 4);
+  const auto painted = [&](const std::vector<olf::Piece>& pieces, const std::vector<uint32_t>& order,
+                           bool isNearest) {
+    image::Image picture(size, size, 4);
+    for (int y = 0; y < size * kRays; ++y)
+      for (int x = 0; x < size * kRays; ++x) {
+        const double unit = 2.4 / (size * kRays);
+        const Vec3<double> direction =
+            Vec3<double>((x + 0.5) * unit - 1.2, 1.2 - (y + 0.5) * unit, 0) - viewer;
+        std::optional<size_t> bar;
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const uint32_t index : order)
+          if (const auto distance = distanceTo(pieces[index], viewer, direction);
+              distance && (!isNearest || *distance < nearest))
+            bar = pieces[index].triangle / 2, nearest = *distance;
+        if (!bar) continue;
+        const auto pixel = picture.at(x / kRays, y / kRays);
+        for (const size_t channel : {*bar, size_t{3}}) pixel[channel] += 1.f / (kRays * kRays);
+      }
+    return picture;
+  };
+  const auto order = byMiddles(whole, viewer);
+  return {painted(whole, order, false), painted(tree.pieces(), tree.backToFront(viewer), false),
+          painted(whole, order, true)};
+}
+
 // Share of the rays through two bars on which the further one is drawn over the nearer one. Naive: whole
 // triangles by the distance of their middles.
 Measured wronglyOrdered() {
@@ -119,28 +175,19 @@ Measured wronglyOrdered() {
       int hits = 0;
       bool isWrong = false;
       for (const uint32_t index : order) {
-        const auto& [a, b, c] = pieces[index].corners;
-        Mat3<double> edges;
-        edges << b - a, c - a, -direction;
-        const Vec3<double> at = edges.inverse() * (viewer - a); // barycentrics, then distance
-        if (!(at[0] > 0 && at[1] > 0 && at[0] + at[1] < 1)) continue;
-        isWrong = isWrong || at[2] > last + 1e-9;
+        const auto distance = distanceTo(pieces[index], viewer, direction);
+        if (!distance) continue;
+        isWrong = isWrong || *distance > last + 1e-9;
         ++hits;
-        last = at[2];
+        last = *distance;
       }
       throughTwo += hits > 1, wrong += isWrong;
     }
     return static_cast<double>(wrong) / throughTwo;
   };
   const std::vector<olf::Piece> whole = olf::wholePieces(mesh);
-  std::vector<uint32_t> byMiddle(whole.size());
-  std::iota(byMiddle.begin(), byMiddle.end(), 0u);
-  std::ranges::sort(byMiddle, std::greater(), [&](uint32_t i) {
-    const auto& corners = whole[i].corners;
-    return ((corners[0] + corners[1] + corners[2]) / 3 - viewer).norm();
-  });
   const olf::BspTree tree(mesh, 4);
-  return {share(whole, byMiddle), share(tree.pieces(), tree.backToFront(viewer))};
+  return {share(whole, byMiddles(whole, viewer)), share(tree.pieces(), tree.backToFront(viewer))};
 }
 
 // Largest error of regions in a row that no view sees, between two seen ones of radiance 0.4 and 0.6, against
@@ -196,7 +243,8 @@ Group lightFieldGroup() {
            [] { return unseenRegions(1); }},
           {"five such regions in a row", "a course between both ends", "error of radiance", 0.1,
            [] { return unseenRegions(5); }},
-      }};
+      },
+      {{"bars", [] { return barPictures(144); }}}};
 }
 
 } // namespace surflect::stability

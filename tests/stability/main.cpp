@@ -2,12 +2,17 @@
 //
 //   stability              one line an entry
 //   stability --markdown   the tables of docs/stability.md, which scripts/stability puts there
+//   stability --pictures FOLDER
+//                          NAME-naive.exr, NAME-ours.exr and NAME-truth.exr of entries that have pictures,
+//                          and their names on stdout
 
+#include "render/film/frame_file.h"
 #include "tests/stability/entry.h"
 
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <string_view>
 
 namespace surflect::stability {
@@ -26,10 +31,26 @@ std::string numberText(double value) {
   return text;
 }
 
+std::vector<Group> groups() {
+  return {lookUpGroup(), ulrGroup(),         krigingGroup(),    lightGroup(),        codecGroup(),
+          splatGroup(),  environmentGroup(), lightFieldGroup(), extrapolationGroup()};
+}
+
+void draw(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  for (const Group& group : groups())
+    for (const auto& [name, draw] : group.illustrations) {
+      const Pictures pictures = draw();
+      for (const auto& [form, picture] :
+           {std::pair("naive", &pictures.naive), {"ours", &pictures.ours}, {"truth", &pictures.truth}})
+        film::writeFrame(folder / (name + "-" + form + ".exr"), {*picture, {}}, {});
+      std::printf("%s\n", name.c_str());
+    }
+}
+
 int run(bool isMarkdown) {
   int failed = 0, entries = 0;
-  for (const Group& group : {lookUpGroup(), ulrGroup(), krigingGroup(), lightGroup(), codecGroup(),
-                             splatGroup(), environmentGroup(), lightFieldGroup(), extrapolationGroup()}) {
+  for (const Group& group : groups()) {
     if (isMarkdown)
       std::printf("## %s\n\nNaive: %s.\n\n| input | expected | measured | naive | ours | bound "
                   "|\n|---|---|---|---|---|---|\n",
@@ -67,5 +88,9 @@ int run(bool isMarkdown) {
 } // namespace surflect::stability
 
 int main(int argc, char** argv) {
+  if (argc == 3 && std::string_view(argv[1]) == "--pictures") {
+    surflect::stability::draw(argv[2]);
+    return 0;
+  }
   return surflect::stability::run(argc > 1 && std::string_view(argv[1]) == "--markdown");
 }

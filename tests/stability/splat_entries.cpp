@@ -161,17 +161,15 @@ V3 waves(const V3& p, double spacing) {
           0.5 + 0.4 * std::sin(k * (0.6 * p[0] + 0.8 * p[1])), 0.5 + 0.4 * std::sin(0.4 * k * p[0])};
 }
 
-// RMS error of a minified texture against a box filter over each pixel.
-Measured minified(double surfelsPerPixel) {
+// A minified texture; its truth is a box filter over each pixel.
+Pictures minifiedPictures(double surfelsPerPixel, int size) {
   Rng rng(6);
   constexpr double spacing = 0.01;
-  constexpr int size = 12;
   const double pixel = spacing * surfelsPerPixel, half = pixel * (size / 2 + 3);
   Scene scene;
   scene.add(sheet(half, half, spacing, 0.2, rng), unmoved, [=](const V3& p) { return waves(p, spacing); });
   const auto camera = orthographic(size, 1 / pixel);
-  const image::Image plain = plainSplats(scene, camera), ours = rendered(scene, camera);
-  Measured squares;
+  Pictures pictures{plainSplats(scene, camera), rendered(scene, camera), image::Image(size, size, 4)};
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) {
       constexpr int n = 24;
@@ -181,12 +179,41 @@ Measured minified(double surfelsPerPixel) {
                           (size / 2.0 - y - (s / n + 0.5) / n) * pixel, 0),
                        spacing) /
                  (n * n);
-      for (size_t k = 0; k < 3; ++k) {
-        squares.naive += std::pow(double{plain.at(x, y)[k]} - truth[static_cast<int>(k)], 2);
-        squares.ours += std::pow(double{ours.at(x, y)[k]} - truth[static_cast<int>(k)], 2);
-      }
+      for (int k = 0; k < 3; ++k)
+        pictures.truth.at(x, y)[static_cast<size_t>(k)] = static_cast<float>(truth[k]);
+      pictures.truth.at(x, y)[3] = 1;
     }
-  return {std::sqrt(squares.naive / (3 * size * size)), std::sqrt(squares.ours / (3 * size * size))};
+  return pictures;
+}
+
+// RMS error of a minified texture.
+Measured minified(double surfelsPerPixel) {
+  const Pictures pictures = minifiedPictures(surfelsPerPixel, 12);
+  const auto rms = [&](const image::Image& picture) {
+    double squares = 0;
+    for (size_t i = 0; i < picture.values.size(); ++i)
+      if (i % 4 < 3) squares += std::pow(double{picture.values[i]} - double{pictures.truth.values[i]}, 2);
+    return std::sqrt(squares / (3 * 12 * 12));
+  };
+  return {rms(pictures.naive), rms(pictures.ours)};
+}
+
+// A red sphere that a green one with a radius of `inner` almost fills.
+Pictures spherePictures(double inner) {
+  Rng rng(5);
+  const SurfelCloud cloud = unitSphere(6000, rng);
+  const auto lit = [](const V3& color) {
+    return [=](const V3& p) {
+      return V3((0.3 + 0.7 * std::max(0.0, p.normalized().dot(V3(0.48, 0.6, 0.64)))) * color);
+    };
+  };
+  Scene outer, both;
+  outer.add(cloud, unmoved, lit(red));
+  both.add(cloud, unmoved, lit(red));
+  both.add(
+      cloud, [=](const V3& p) { return V3(inner * p); }, lit(green));
+  const auto camera = lookAt({0, 0, 4}, {0, 0, 0}, 144, 144, 250);
+  return {plainSplats(both, camera), rendered(both, camera), rendered(outer, camera)};
 }
 
 } // namespace
@@ -282,7 +309,9 @@ Group splatGroup() {
           {"minification by 8", "a box filter over the pixel", "RMS error", 0.06, [] { return minified(8); }},
           {"minification by 16", "a box filter over the pixel", "RMS error", 0.065,
            [] { return minified(16); }},
-      }};
+      },
+      {{"minified", [] { return minifiedPictures(8, 72); }},
+       {"layers", [] { return spherePictures(0.96); }}}};
 }
 
 } // namespace surflect::stability
