@@ -14,7 +14,7 @@ namespace surflect {
 
 struct Occluders {
   std::vector<uint32_t> surfels; // ascending
-  std::vector<float> radius;     // one per disc: without holes between them
+  std::vector<float> radius;     // one per disc; wide enough to leave no holes
   // Offset of shadow rays along the normal, and least distance of a hit: keeps a surface from shadowing
   // itself. At rest; scene units.
   float clearance = 0;

@@ -1,4 +1,4 @@
-// Patches: small pieces of a cloud whose surfels see nearly the same.
+// Patches: small pieces of a cloud whose surfels have nearly the same directions to cameras and lights.
 #pragma once
 
 #include "surfel/cloud.h"
@@ -18,8 +18,9 @@ struct Patches {
 };
 
 // Cuts a cloud that is sorted along a space-filling curve into runs of at most `most` > 0 surfels. A run also
-// ends before a surfel that is farther from its first than a disc of so many surfels or a fiftieth of the
-// cloud is wide, or whose normal differs by more than 45 degrees. Cost: O(surfels).
+// ends before a surfel too far from the run's first one: farther than a disc of `most` surfels is wide, or
+// than 1/50 of the diagonal of the cloud's box; and before a surfel whose normal differs by more than 45
+// degrees. Cost: O(surfels).
 Patches patchesOf(const SurfelCloud& cloud, size_t most);
 
 } // namespace surflect

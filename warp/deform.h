@@ -10,13 +10,13 @@ namespace surflect::warp {
 
 // p = Psi(p0), u = J u0, v = J v0, and the handedness: mirrored if det J < 0; dead if polarFrame finds no
 // frame for (u, v) or a value is not finite in float. p, u, v of dead surfels are 0. J is the warp's own, or
-// by Eq. 6 along u0, v0, n0 with the step below. Evaluated in double, in the caller's arena; the same bits
+// by Eq. 6 along u0, v0, n0 with differenceStep(). Evaluated in double, in the caller's arena; the same bits
 // for any number of threads, and for AVX2 and AVX-512. `kept`, a cloud that is no longer needed, donates its
 // memory.
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
                      DeformedCloud kept = {});
 
-// Mesh with deformed vertices. It must be fine enough for the warp.
+// Mesh with deformed vertices. The mesh must be fine enough for the warp.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 
 // Step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon (e = 2^-53),

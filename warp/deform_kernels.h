@@ -1,6 +1,6 @@
-// Warps of many points at once, in vector instructions, and the steps before and after them. Every
-// instruction set with fused multiplication gives the same bits; without, a b + c is rounded twice. The
-// result for a point does not depend on its neighbours.
+// Warps of many points at once, in vector instructions, and the steps before and after them. All instruction
+// sets with fused multiply-add give the same bits; others round a b + c twice. The result for a point does
+// not depend on its neighbours.
 #pragma once
 
 #include "warp/warp_batch.h"
@@ -11,8 +11,9 @@ namespace surflect::warp {
 
 constexpr int kWarpGroup = 8; // maximum number of points in lanes
 
-// All computation is in double precision. The functions carry... map each point x to Psi(x) and its tangents
-// d to J d, and multiply its determinant by det J. Parameters are those in warp.cpp; vectors are 3 doubles.
+// All computation is in double precision. carryAffine to carryLattice map each point x to Psi(x) and its
+// tangents d to J d, and multiply its determinant by det J. Parameters are those in warp.cpp; vectors are 3
+// doubles.
 
 // Fills the batch with `count` points, from positions p0 and tangent frames r0 (tangent_frame.h), 3 floats
 // each. Determinants are 1.

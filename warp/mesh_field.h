@@ -36,7 +36,7 @@ public:
   MeshField(std::span<const Vec3<double>> rest, std::span<const std::array<uint32_t, 3>> triangles);
 
   // Returns whether the point is within the kernel of a vertex, not only of groups: within about twice the
-  // length of the edges around it. The driven surface should be.
+  // length of the edges around it. The driven surface should be within reach.
   bool reaches(const Vec3<double>& x) const;
   // Number of kernels evaluated for the point: a few tens near the mesh, and as many for each size of groups,
   // for any number of vertices.

@@ -17,7 +17,8 @@ class CaptureFiles {
 public:
   CaptureFiles(std::filesystem::path folder, PathRule rule) : folder_(std::move(folder)), rule_(rule) {}
 
-  // Returns whether the path stays inside the folder, without following links, or may leave it.
+  // Returns whether the rule allows the path: it stays inside the folder (links are not followed), or may lie
+  // anywhere.
   bool mayName(const std::filesystem::path& path) const;
   // Returns whether the path is a regular file, or need not exist yet. Throws Error if a link leads out of
   // the folder.

@@ -7,10 +7,10 @@
 
 namespace surflect::capture {
 
-inline constexpr int kDeepestJson = 64; // descriptions by other programs
+inline constexpr int kDeepestJson = 64; // more than descriptions by other programs need
 
-// Prefix of the text up to where more than `deepest` lists and objects are nested; all of it if they never
-// are.
+// Prefix of the text up to where more than `deepest` lists and objects are nested; the whole text if they
+// never are.
 inline std::string_view shallowPart(std::string_view json, int deepest) {
   std::ptrdiff_t depth = 0;
   bool inString = false;

@@ -1,4 +1,4 @@
-// The outline of a mesh in a camera.
+// Silhouettes of meshes in cameras.
 #pragma once
 
 #include "srf/capture/camera.h"

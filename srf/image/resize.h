@@ -17,10 +17,10 @@ struct PixelWindow {
 // The window lies in the image. Enlarging repeats pixels.
 Image resampled(const Image& image, const PixelWindow& window, int width, int height);
 
-// Means of squares of side x side pixels, from pixel (0, 0); exact where a square's pixels are equal and
-// side^2 sums of them are. The picture is cut to whole squares.
+// Means of squares of side x side pixels, from pixel (0, 0); exact for a square of equal pixels whose sums
+// floats can represent. The picture is cut to whole squares.
 Image squareMeans(const Image& image, int side);
-// Least values of such squares, of each channel.
+// Minimum of each channel over the same squares.
 Image squareMinima(const Image& image, int side);
 
 } // namespace surflect::image

@@ -26,7 +26,7 @@ std::vector<TextLine> sayingLinesOf(std::string_view content);
 // Words separated by blanks, or also by the given separators.
 std::vector<std::string_view> wordsOf(std::string_view text, std::string_view separators = "");
 
-// Value of a word that is a finite number as a whole, in any locale; throws Error.
+// Value of a word, all of which must be one finite number; independent of the locale. Throws Error.
 double numberOf(std::string_view word);
 // Returns whether numberOf() accepts all words.
 bool areNumbers(std::span<const std::string_view> words);

@@ -12,7 +12,7 @@ namespace surflect::model {
 
 struct InterpolationSelection {
   ulr::InterpolationChoice choice;
-  bool foreshortened = false; // whether blends of pairs are
+  bool foreshortened = false; // whether blends of pairs are foreshortened
   // Error of the predicted photographs, as the mean of the PSNR in linear light and after the sRGB curve:
   // with the choice, and with separate weights. Empty if there are too few cameras or lights.
   struct LeftOut {
@@ -22,9 +22,9 @@ struct InterpolationSelection {
 };
 
 // Chooses among separate weights, and kriging with several scales, with and without reciprocity and shadow
-// states. Separate weights stay unless kriging gains 1 dB, as leaving a camera out widens gaps, where kriging
-// gains most. The best settings of kriging are stored even then. Blends of pairs are foreshortened if the
-// model's light blend is; in a capture with gaps, which has no light blend, if there are normals and the
+// states. Separate weights stay unless kriging gains 1 dB: leaving a camera out widens gaps, and in gaps
+// kriging gains most. The best settings of kriging are stored even then. Blends of pairs are foreshortened if
+// the model's light blend is; in a capture with gaps, which has no light blend, if there are normals and the
 // error is less. Reads blocks of the model's view files. Throws Error as ViewFile::read, and Cancelled.
 InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
                                            const Progress& progress = {});

@@ -20,9 +20,9 @@ struct PackPrepass {
 };
 
 // Surveys up to eight evenly chosen views. The white level is the 99.5th percentile of the object's radiance
-// over all channels; the light blend is selected if cameras and lights are chosen apart. `frames` are indices
-// into source.training().frames, by view; `impostor` casts rays at `mesh`; `normals` says how the mesh's
-// normals were found. Throws Error if no photograph shows the object, and Cancelled.
+// over all channels; the light blend is selected if every view has every light. `frames` are indices into
+// source.training().frames, by view; `impostor` casts rays at `mesh`; `normals` says how the mesh's normals
+// were found. Throws Error if no photograph shows the object, and Cancelled.
 PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
                     NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor,
                     const Progress& progress);

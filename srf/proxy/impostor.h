@@ -44,7 +44,7 @@ std::string_view nameOf(Impostor::Origin origin);
 
 // Returns the geometry that pack samples and inspect draws. `training` must contain training frames only.
 // Without a mesh file, a single view gives a plane or relief (one_view.h), and several views with mattes give
-// a visual hull (visual_hull.h), by default of what is above half of white. A mesh from a file is mended
+// a visual hull (visual_hull.h), by default of the pixels with alpha above 1/2. A mesh from a file is mended
 // (mesh_mending.h). Throws Error and Cancelled.
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
                     const Progress& progress);

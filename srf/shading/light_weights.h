@@ -43,8 +43,8 @@ Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions&
 // one: pairs or kriging.
 bool weighsPairs(const ReflectanceField& field, const ShadeOptions& options);
 
-// True if cameras and lights are weighted separately for all lights but environments. Environments always are
-// if every camera has every light.
+// True if cameras and lights are weighted separately for all lights but environments. For environments, they
+// always are if every camera has every light.
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);
 
 // Unit direction to each light of the rig, from the middle of the cloud.

@@ -52,7 +52,7 @@ void writePairPenalties(const NearSources& viewers, const NearSources& lights, c
                         float* penalties);
 
 // Writes the places of the `most` least of `count` penalties, ascending; of equal ones the first comes first.
-// Leaves out those that are infinite or NaN. Returns how many were written. `count` is a multiple of
+// Infinite and NaN penalties are left out. Returns how many places were written. `count` is a multiple of
 // kPairLanes; `penalties` is overwritten.
 size_t findLeast(float* penalties, size_t count, size_t most, uint32_t* places, float* least);
 

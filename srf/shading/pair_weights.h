@@ -48,9 +48,9 @@ ulr::KrigingScales scalesOf(const ReflectanceField& field, const ShadeOptions& o
 // True if photographs also answer for camera and light exchanged. Needs foreshortening.
 bool isReciprocal(const ReflectanceField& field, const ShadeOptions& options);
 
-// Penalty of a pair, before it is divided by the confidence, from its squared distance without shadow states
-// and the difference of these in scales. Under kriging, pairs of another shadow state are penalised, but keep
-// their order by angle.
+// Penalty of a pair before division by its confidence. `squared` is its squared distance without shadow
+// states, `statesApart` the difference of the shadow states in scales. Under kriging, pairs of another shadow
+// state are penalised, but keep their order by angle.
 inline float krigingPenalty(float squared, float statesApart) {
   return std::sqrt(squared) * (1 + statesApart);
 }

@@ -21,7 +21,7 @@
 namespace surflect::shading {
 
 struct ShadingPlan {
-  size_t places = 0; // those of all planned queries
+  size_t places = 0; // of all planned queries
   // With pairs, each light or environment of a place has a target of its own, so that an operation which
   // shows background is compensated by others of the same light.
   size_t targetsPerPlace = 1;

@@ -25,8 +25,8 @@ struct InterpolationChoice {
   Interpolation kind = Interpolation::separate;
   float halfScale = 0.2f;  // of half vectors under kriging (KrigingScales)
   bool reciprocal = false; // under kriging, photographs also answer for camera and light exchanged
-  // For pairs and kriging: lit photographs show lit surfels, and shadowed ones shadow. Wrong where light
-  // passes through the object.
+  // For pairs and kriging: lit surfels are shown by photographs that were taken in light, shadowed surfels by
+  // those taken in shadow. Wrong where light passes through the object.
   bool shadows = true;
 
   friend bool operator==(const InterpolationChoice&, const InterpolationChoice&) = default;

@@ -10,8 +10,9 @@
 // that reaches the surfel; C covariance of the photographs (Matern 5/2), c that with the requested pair, nu_i
 // nugget: the variance of a photograph's own error, mu Lagrange multiplier.
 //
-// Unlike ULR weights [Weyrich 2005, §5.2], those of a photograph depend on camera and light together: a pair
-// with the requested half vector shows the requested highlight, wherever its camera and light are.
+// Unlike its ULR weight [Weyrich 2005, §5.2], the kriging weight of a photograph depends on camera and light
+// together: a pair with the requested half vector shows the requested highlight, wherever its camera and
+// light are.
 //
 // [Matheron 1963] Matheron: Principles of Geostatistics, Economic Geology 58.
 // [Rasmussen 2006] Rasmussen, Williams: Gaussian Processes for Machine Learning.
@@ -70,8 +71,8 @@ template <class T> T matern52(T squared) {
 
 // nu_i of a photograph at `share` (0..1) of the penalty at which it leaves the blend, and with the given
 // confidence (0..1). It grows to infinity as share nears 1 or confidence 0, so that photographs fade out of
-// the blend. The least one is that of noise: a photograph of confidence 1 that is met has weight 1 within
-// 3e-3.
+// the blend. The least nugget is that of noise: a photograph of confidence 1 at exactly the requested pair
+// has weight 1 within 3e-3.
 inline float nuggetOf(float share, float confidence) {
   constexpr float kNoise = 5e-4f, kGrowth = 0.1f, kSmall = 1e-6f;
   const float odds = share / std::max(1 - share, kSmall);

@@ -1,5 +1,5 @@
-// Shadow states: how much of a surface element each captured light reached. Photographs that were taken in
-// light answer for light, and those taken in shadow for shadow. Not in the papers.
+// Shadow states: how much of a surface element each captured light reached. Lit surfels are shown by
+// photographs that were taken in light, shadowed surfels by those taken in shadow. Not in the papers.
 #pragma once
 
 #include "srf/capture/rig.h"
@@ -8,7 +8,7 @@
 
 namespace surflect::ulr {
 
-// Directions of lights as those of views.
+// Viewpoints at the lights, so that lights are treated as views are.
 std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const capture::Light> lights);
 
 // Fade of light at the terminator, where coarse occluders cannot tell a surfel that faces the light from one
@@ -16,8 +16,8 @@ std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const c
 inline double terminatorFade(double cosine) { return smoothStep(0, 0.1, cosine); }
 
 // Part of the element around each surfel that each light reaches, 0..1 as in VisibilityWeights with a column
-// for each light: 1 in light, 0 in a cast or attached shadow, between at the shadow's edge within
-// visibilityRadius. Throws Cancelled.
+// for each light: 1 in light, 0 in a cast or attached shadow, in between within visibilityRadius of the
+// shadow's edge. Throws Cancelled.
 VisibilityWeights lightVisibility(const SurfelCloud& cloud, const Occluders& occluders,
                                   std::span<const capture::Light> lights, const Progress& progress = {});
 

@@ -7,7 +7,7 @@
 
 namespace surflect::ulr {
 
-// Throws Cancelled.
+// Weights of all surfels. Throws Cancelled.
 VisibilityWeights opacityHullWeights(const SurfelCloud& cloud,
                                      std::span<const capture::Camera<AcquisitionSpace>> views,
                                      const Progress& progress = {});

@@ -62,8 +62,8 @@ private:
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
-// Removes temporaries of AtomicFile that killed processes have left. `owns` selects target names of the
-// caller; temporaries held by a living process stay. The folder may be missing.
+// Removes temporaries of AtomicFile that killed processes have left. `owned` returns whether a target name is
+// the caller's; temporaries held by a living process stay. The folder may be missing.
 void removeAbandoned(const std::filesystem::path& folder,
                      const std::function<bool(const std::string& targetName)>& owned);
 

@@ -14,8 +14,8 @@ namespace surflect {
 
 template <class Space> class RayCaster {
 public:
-  // The mesh is copied, recentred in double precision before it goes to float. Throws Error where it does not
-  // fit into memory, and Cancelled.
+  // The mesh is copied, and recentred in double precision before it is rounded to float. Throws Error where
+  // it does not fit into memory, and Cancelled.
   explicit RayCaster(const Mesh<Space>& mesh, const Progress& progress = {});
   ~RayCaster();
 
@@ -31,13 +31,12 @@ public:
   bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
                 double offset, double distance) const;
 
-  // How many closed parts of the mesh the origin lies in, as told along one unit direction: the times that
-  // the ray leaves the mesh through a back less those that it enters by a front. The same along every ray
-  // where all parts are closed and their triangles face outwards.
+  // Number of closed parts of the mesh that contain the origin, counted along a ray in the unit direction:
+  // hits of backs minus hits of fronts. It is the same in all directions if all parts are closed and their
+  // triangles face outwards.
   int winding(const Point3<Space, double>& origin, const Direction3<Space, double>& direction) const;
 
-  // The length below which a ray cannot tell the surface that it starts on: from scene size and float
-  // precision.
+  // Distance within which a ray may hit the surface that it starts on, by scene size and float precision.
   double selfHitOffset() const;
 
 private:

@@ -38,9 +38,9 @@ struct FaceList {
 // Mesh of all positions, in their order. Throws Cancelled.
 TriangleMesh meshOf(FaceList list, Faces faces, const Progress& progress);
 
-// Mesh with one vertex per position and pair of texture coordinate and normal, in the order of the corners.
-// If some faces have texture coordinates, a face with a corner without one lies at (0, 0). A face with a
-// corner without a normal has none. Throws Cancelled.
+// Mesh with one vertex per combination of position, texture coordinate and normal, in the order of the
+// corners. If some faces have texture coordinates, a face with a corner without one lies at (0, 0). A face
+// with a corner without a normal has none. Throws Cancelled.
 TexturedMesh texturedMeshOf(const FaceList& list, Faces faces, const Progress& progress);
 
 } // namespace surflect

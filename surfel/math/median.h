@@ -8,7 +8,7 @@
 
 namespace surflect {
 
-// Number in the middle of the sorted ones; the upper of two. There must be at least one.
+// Middle one of the sorted numbers, the upper one if their count is even. There must be at least one.
 inline double median(std::vector<double> values) {
   assert(!values.empty());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

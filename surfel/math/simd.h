@@ -13,12 +13,12 @@ enum class Simd { scalar, avx2, avx512 }; // each includes those before
 constexpr std::array<std::string_view, 3> simdNames{"scalar", "avx2", "avx512"};
 constexpr std::string_view nameOf(Simd simd) { return simdNames[static_cast<size_t>(simd)]; }
 
-// All that this processor has, the slowest first.
+// Instruction sets that this processor has, the slowest first.
 const std::vector<Simd>& supportedSimd();
 
 // The instruction set that kernels use.
 Simd bestSimd();
-// Chooses it for the whole process; not while kernels run.
+// Chooses the instruction set of the whole process. Must not be called while kernels run.
 void useSimd(Simd simd);
 
 } // namespace surflect

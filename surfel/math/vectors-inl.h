@@ -24,21 +24,21 @@ constexpr DoubleTag kDoubles;
 constexpr FloatTag kFloats;
 constexpr int kDoubleLanes = static_cast<int>(hn::MaxLanes(DoubleTag()));
 
-// A number stands for one in each lane, so that equations read as on paper.
+// Arithmetic of a number, the same in each lane, with a vector: equations then read as on paper.
 HWY_INLINE Doubles number(double x) { return hn::Set(kDoubles, x); }
 HWY_INLINE Doubles operator+(double a, Doubles b) { return number(a) + b; }
 HWY_INLINE Doubles operator-(double a, Doubles b) { return number(a) - b; }
 HWY_INLINE Doubles operator*(double a, Doubles b) { return number(a) * b; }
 HWY_INLINE Doubles operator/(double a, Doubles b) { return number(a) / b; }
 
-// Bit i is lane i's.
+// Bit i is that of lane i.
 HWY_INLINE uint32_t bitsOf(hn::Mask<DoubleTag> mask) {
   uint8_t bits[8];
   hn::StoreMaskBits(kDoubles, mask, bits);
   return bits[0];
 }
 
-// In float, infinite beyond its range.
+// Rounds to float; infinite beyond the range of floats.
 HWY_INLINE hn::Vec<FloatTag> rounded(Doubles x) {
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128 // where DemoteTo stops at the largest float
   double from[kDoubleLanes];
@@ -70,7 +70,7 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
   return {NegMulAdd(a.z, b.y, a.y * b.z), NegMulAdd(a.x, b.z, a.z * b.x), NegMulAdd(a.y, b.x, a.x * b.y)};
 }
 
-// By columns.
+// 3 x 3 matrix with columns x, y, z.
 struct Matrix {
   Vector x, y, z;
 };

@@ -23,7 +23,7 @@ inline double upperGamma(double a, double x) {
     return 1 - front * sum;
   }
   double b = x + 1 - a, c = 1e300, d = 1 / b, fraction = d;
-  for (int i = 1; i < 10000; ++i) { // Lentz's way
+  for (int i = 1; i < 10000; ++i) { // Lentz's algorithm
     const double numerator = -i * (i - a);
     b += 2;
     d = 1 / (b + numerator * d);
@@ -34,8 +34,8 @@ inline double upperGamma(double a, double x) {
   return front * fraction;
 }
 
-// Chance of a statistic as great, if the counts come from the expectation. Bins that expect less than 5 are
-// pooled.
+// Probability of a statistic at least as large if the counts follow the expectation. Bins that expect less
+// than 5 are pooled.
 inline double pValue(const std::vector<double>& counted, const std::vector<double>& expected) {
   double statistic = 0, pooledCount = 0, pooledExpectation = 0;
   int bins = 0;
@@ -51,12 +51,13 @@ inline double pValue(const std::vector<double>& counted, const std::vector<doubl
       add(counted[i], expected[i]);
   if (pooledExpectation >= 1)
     add(pooledCount, pooledExpectation);
-  else if (pooledCount > 10) // where the density knows of nothing
+  else if (pooledCount > 10) // samples where the density is nearly 0
     return 0;
   return bins < 2 ? 1 : upperGamma((bins - 1) / 2.0, statistic / 2);
 }
 
-// Each of n tests must fail with this chance, that one of all does with `significance`.  [Sidak 1967]
+// Significance of each of n tests, so that with probability `significance` at least one of them fails by
+// chance.  [Sidak 1967]
 inline double sidak(double significance, int tests) { return 1 - std::pow(1 - significance, 1.0 / tests); }
 
 using Density = std::function<double(const material::ShadingDirection&)>;
@@ -66,8 +67,9 @@ inline material::ShadingDirection onSphere(double z, double phi) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
-// The integral over z0..z1 and phi0..phi1 by Gauss's 4 x 4 points, in quarters until they agree; the first
-// two times in any case, or a corner of the density might be overlooked.
+// Integral over z0..z1 and phi0..phi1 by Gauss's 4 x 4 points. Rectangles are quartered until the sum of the
+// quarters agrees with the whole; the first two quarterings are always made, so that no narrow peak is
+// overlooked.
 inline double integral(const Density& density, double z0, double z1, double phi0, double phi1,
                        double tolerance, int depth = 12) {
   constexpr double points[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,

@@ -15,13 +15,13 @@ namespace surflect {
 struct ForeignView {
   std::string name; // of files, without extension
   VisionCamera camera;
-  image::Image underAll; // lights at once: fixed illumination
-  image::Image underOne; // lamp, at this place
-  Vec3<double> lamp;     // at 100 units from the origin
+  image::Image underAll; // all lights at once: fixed illumination
+  image::Image underOne; // the lamp alone
+  Vec3<double> lamp;     // position, 100 units from the origin
 };
 
-// Views first, first + every, .. with training photographs, whose lights must be directional. The lamp of
-// each is the light nearest to above the photographer's right shoulder.
+// Views first, first + every, .. without those that lack training photographs. Lights must be directional.
+// The lamp of a view is its light nearest to the direction above the photographer's right shoulder.
 std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, size_t first, size_t every);
 
 // Each writes a folder with pictures as PNG, without geometry.

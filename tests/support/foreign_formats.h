@@ -42,7 +42,7 @@ inline std::pair<std::vector<double>, VisionCamera> asColmapModel(const std::str
   return {parameters.at(model), c};
 }
 
-// COLMAP's numbers need not follow each other, nor their order.
+// Numbers of COLMAP's cameras, which need be neither consecutive nor in order.
 inline uint32_t colmapCameraId(size_t i) { return static_cast<uint32_t>(1000 - 7 * i); }
 
 inline std::string colmapCamerasText(const std::vector<ColmapImage>& images) {
@@ -119,8 +119,8 @@ inline nlohmann::json openGlMatrixOf(const VisionCamera& camera) {
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// Middlebury: a line of *_par.txt, with K times `scale`. Its pixels' centres, and the camera's, are whole
-// numbers.
+// Middlebury: a line of *_par.txt, with K times `scale`. Pixel centres are whole numbers in the file, and in
+// `camera`.
 
 inline std::string middleburyLine(const std::string& name, const VisionCamera& camera, double scale = 1,
                                   double skew = 0) {

@@ -10,7 +10,7 @@
 
 namespace surflect {
 
-// Counts how often work asks whether to go on, and says no from some question on.
+// Counts the checkpoints of some work, and cancels it at a given one.
 struct Patience {
   explicit Patience(int questions) : left(questions) {}
 
@@ -26,7 +26,8 @@ struct Patience {
   std::atomic<int> left, asks = 0;
 };
 
-// Work asks at least so often whether to go on, and stops at whichever question is answered with no.
+// Expects work to have at least `fewestQuestions` checkpoints, and to throw Cancelled at the first, the last
+// and three between.
 template <class Work> void expectStopsWhenAsked(const Work& work, int fewestQuestions) {
   Patience whole(std::numeric_limits<int>::max());
   work(whole.progress());

@@ -9,14 +9,14 @@
 
 namespace surflect {
 
-// Even over the sphere.
+// Unit vector, uniform over the sphere.
 template <class T = double> Vec3<T> randomUnit(std::mt19937& random) {
   std::normal_distribution<T> normal;
   const T x = normal(random), y = normal(random), z = normal(random);
   return Vec3<T>(x, y, z).normalized();
 }
 
-// Even over all rotations.
+// Rotation, uniform over all rotations.
 inline Mat3<double> randomRotation(std::mt19937& random) {
   std::normal_distribution<double> normal;
   const double w = normal(random), x = normal(random), y = normal(random), z = normal(random);

@@ -221,7 +221,7 @@ inline capture::Capture photograph(const Studio& studio, const std::filesystem::
   return capture;
 }
 
-// The same, but nothing tells of the mesh.
+// photograph(), with a transforms.json that does not name the mesh.
 inline capture::Capture photographWithoutMesh(const Studio& studio, const std::filesystem::path& folder) {
   capture::Capture capture = photograph(studio, folder);
   capture.geometry.clear();
@@ -229,7 +229,7 @@ inline capture::Capture photographWithoutMesh(const Studio& studio, const std::f
   return capture;
 }
 
-// About a third of the frames is left out, and no camera altogether.
+// Studio without about a third of its frames; every camera has some.
 inline Studio gappyStudio() {
   return {.split = [](size_t view, size_t light) {
     return (view * 7 + light * light * 5) % 3 == 0 ? std::nullopt : std::optional(capture::Split::train);

@@ -7,7 +7,7 @@
 
 namespace surflect {
 
-// The first place only, which must be there.
+// Replaces the first occurrence of `from`, which must exist.
 inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
   const size_t at = text.find(from);
   if (at == std::string::npos) throw std::logic_error("there is no " + std::string(from));
