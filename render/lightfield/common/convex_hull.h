@@ -11,8 +11,8 @@
 namespace surflect::lightfield {
 
 // Triangles of the hull, counter-clockwise seen from outside: corners are indices of points. Empty if there
-// are fewer than four points, or all lie (nearly) in a plane. Points are finite; points inside the hull, and
-// some of several (nearly) equal ones, are in no triangle.
+// are fewer than four points, or all lie (nearly) in a plane. Points are finite. Points inside the hull are
+// in no triangle, nor need all of several (nearly) equal points be.
 std::vector<std::array<uint32_t, 3>> convexHull(std::span<const Vec3<double>> points);
 
 } // namespace surflect::lightfield

@@ -31,10 +31,11 @@ bool isContinuous(const PixelHit& a, const PixelHit& b);
 inline constexpr int kFarFromEdges = 3; // pixels
 inline constexpr int kCodesPerPixel = 85;
 
-// Distance of each pixel, in pixels times kCodesPerPixel and kFarFromEdges at most, to the nearest one across
-// an edge: 1 for a pixel at an edge, one of whose eight neighbours shows background or is not continuous with
-// it, and for others 1 more than the distance to such a pixel. 0 for background. Hits are those of a picture
-// with rows of `width` pixels; beyond it there are no edges.
+// Distance of each pixel to the nearest pixel across an edge, in pixels times kCodesPerPixel; at most
+// kFarFromEdges pixels. A pixel is at an edge if one of its eight neighbours shows background or is not
+// continuous with it: its distance is 1 pixel. The distance of any other pixel is 1 more than that to the
+// nearest pixel at an edge. Background has 0. Hits are those of a picture with rows of `width` pixels; beyond
+// it there are no edges.
 std::vector<uint8_t> edgeDistances(std::span<const PixelHit> hits, int width);
 
 } // namespace surflect::lightfield

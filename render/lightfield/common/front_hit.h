@@ -9,7 +9,8 @@
 
 namespace surflect::lightfield {
 
-// First triangle whose front a ray meets; those that it meets from behind let it pass. `rays` is of the mesh.
+// First triangle whose front a ray meets; triangles that the ray meets from behind are ignored. `rays` casts
+// rays at the mesh.
 std::optional<RayCaster<AcquisitionSpace>::Hit>
 firstFrontHit(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
               const Point3<AcquisitionSpace, double>& origin,

@@ -31,7 +31,7 @@ public:
   // Takes over the folder and empties it. Throws Error as requireLightFieldFolder() does.
   LightFieldWriter(std::filesystem::path folder, std::string format, int version);
 
-  // Path of a file of the format's own, to be written before commit().
+  // Path for one of the format's own files, which must be written before commit().
   std::filesystem::path file(std::string_view name);
   // Writes the capture's training views and the mesh, then the manifest with the checksums of all files.
   // Throws Error and Cancelled.
@@ -48,9 +48,9 @@ private:
 // A finished folder.
 class LightFieldFolder {
 public:
-  // Reads manifest, views and mesh. Files are checked against their checksums by their names in the manifest:
-  // these two now, the format's own by check(). Throws Error naming file and field, also for another format
-  // or version; and Cancelled.
+  // Reads manifest, views and mesh. Views and mesh are checked against the checksums in the manifest; check()
+  // does so for the format's own files. Throws Error naming file and field, also for another format or
+  // version; and Cancelled.
   LightFieldFolder(std::filesystem::path folder, std::string_view format, int version,
                    const Progress& progress = {});
 
@@ -64,7 +64,7 @@ public:
   double number(std::string_view name, double lowest, double highest) const;
   // A whole number of the manifest. Throws Error if it is missing, not whole or outside lowest..highest.
   size_t count(std::string_view name, size_t lowest, size_t highest) const;
-  // Path of a file of the format's own. Throws Error if the manifest does not list it.
+  // Path of one of the format's own files. Throws Error if the manifest does not list it.
   std::filesystem::path file(std::string_view name) const;
   // Throws Error unless a file has the size and the checksum of the manifest; Cancelled.
   void check(std::string_view name, const Progress& progress = {}) const;

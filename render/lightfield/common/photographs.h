@@ -30,12 +30,12 @@ public:
 
   struct Sample {
     Vec3<float> radiance; // linear
-    float fade;           // 0..1: a smooth step over the distance from edges (edge_distance.h)
+    float fade;           // 0..1: smooth step of the distance from edges (edge_distance.h)
   };
   // Sample at the pixel position of a surface point, bilinear between pixel centres. Empty where one of the
   // four pixels is outside the picture, shows background (its alpha is below kOpaque), is not a finite
-  // number, or does not show the mesh at the point's distance to the viewer, up to `tolerance`. Before that,
-  // samples fade to a quarter.
+  // number, or does not show the mesh at the point's distance to the viewer, up to `tolerance`. Fades fall
+  // near edges, to about a quarter at the last valid pixel.
   std::optional<Sample> at(size_t photograph, capture::Pixel position, double distance,
                            double tolerance) const;
 

@@ -8,8 +8,8 @@
 
 namespace surflect::lightfield {
 
-// Median of the width of a pixel at the distance of the surface, in scene units, over points spread evenly by
-// area and the cameras that they face and that they project into. Zero if there are none.
+// Median width of a pixel at the surface, in scene units: over points spread evenly by area, and for each
+// point over the cameras that it faces and projects into. Zero if no camera sees a point.
 double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras);
 
 } // namespace surflect::lightfield

@@ -1,5 +1,5 @@
 // Samples of a pixel: light-field renderers draw larger pictures and average them, so that edges are smooth.
-// How many is a knob.
+// The number of samples is a knob.
 #pragma once
 
 #include "render/knobs/knob.h"
@@ -9,11 +9,11 @@
 
 namespace surflect::lightfield {
 
-// Samples along each side of a pixel: by default, so that edges are about as smooth as those of splats; and
-// at most.
+// Default and largest number of samples along each side of a pixel. By default, edges are about as smooth as
+// those of splats.
 inline constexpr int kSamples = 2, kMostSamples = 8;
 
-// Throws Error unless it is 1..kMostSamples.
+// Throws Error unless the number is 1..kMostSamples.
 void requireSamples(int samples);
 
 // The knob "samples": from `full` by halves to 1.

@@ -1,8 +1,8 @@
 // Radiance along rays, from photographs of the point where a ray first meets the object.
 //
 // [Buehler 2001] (srf/ulr/ulr.h)
-// Symbols: P the point where a ray first meets the object; penalty_c of view c 1 - cos(angle at P between the
-// ray and the direction to c), divided by fades of c.
+// Symbols: P the point where a ray first meets the object; penalty_c the penalty of view c: 1 - cos(angle at
+// P between the ray and the direction to c), divided by the fades of c.
 #pragma once
 
 #include "render/lightfield/common/photographs.h"

@@ -17,9 +17,9 @@ namespace surflect::lightfield {
 
 // Lights and views that take part, where some photographs are missing.
 enum class Incomplete {
-  refused, // every view needs a photograph under every light whose weight is not 0
-  skipped, // views that lack one are left out
-  common   // only lights of which every view has a photograph take part
+  refused, // an Error: every view needs a photograph under every light whose weight is not 0
+  skipped, // views that lack such a photograph are left out
+  common   // only lights under which every view has a photograph take part
 };
 
 struct RelightPlan {

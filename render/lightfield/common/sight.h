@@ -1,4 +1,4 @@
-// Photographs that see a point of the surface, with the radiance they show.
+// Photographs that see a point of the surface, and the radiance that they show.
 //
 // A photograph sees a point if the point faces it by more than kGrazing, projects into the picture, the
 // pixels around show this part of the surface, and nothing is in the way. Observations fade towards these

@@ -19,9 +19,10 @@ inline double doubledArea(const DiscPoint& a, const DiscPoint& b, const DiscPoin
 inline constexpr double kLeastArea = 1e-10;
 
 // Triangles, counter-clockwise, each starting at its lowest corner, in rising order. None if the sites are
-// (nearly) collinear. Sites (nearly) equal to others may be left out, and slivers along the border. Sites are
-// finite. Sites are inserted one by one [Bowyer 1981, Watson 1981], which is several times faster than
-// delaunayByHull() for fewer than a hundred; where rounding spoils the result, this one stands in.
+// (nearly) collinear. Sites (nearly) equal to others, and slivers along the border, may be left out. Sites
+// are finite. They are inserted one by one [Bowyer 1981, Watson 1981], which for fewer than a hundred sites
+// is several times faster than delaunayByHull(). Where rounding spoils the result, that of delaunayByHull()
+// is returned.
 std::vector<std::array<uint32_t, 3>> delaunayTriangles(std::span<const DiscPoint> sites);
 
 // Triangulation by Qhull: the lower side of the convex hull of the sites on a paraboloid.

@@ -6,9 +6,9 @@
 // Terms are orthogonal, the strongest first, and progressive: the first k of K are those of k alone.
 // NMF: all factors are >= 0, there is no mean, and terms are not progressive.
 //
-// Entries that were not observed count in no error. If they are whole rows or columns, PCA leaves these out;
-// else it is fitted to the observed entries by alternating least squares, whose terms are progressive only
-// nearly.
+// Entries that were not observed count in no error. If the missing entries are whole rows or columns, PCA
+// leaves these out. Otherwise it is fitted to the observed entries by alternating least squares, whose terms
+// are only nearly progressive.
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"
@@ -21,8 +21,8 @@ namespace surflect::lfm {
 
 struct FactorizationOptions {
   Method method = Method::pca;
-  size_t terms = 3;           // at most so many
-  double tolerance = 0;       // RMS errorOf(): no more terms than it takes; 0: as many as `terms`
+  size_t terms = 3;           // at most
+  double tolerance = 0;       // RMS errorOf() at which no further terms are added; 0: always `terms`
   float leastWeight = 0;      // of every finite entry in the fit; errorOf() leaves out entries of weight 0
   size_t mostIterations = 60; // of NMF, and of PCA with missing entries
   double convergence = 1e-3;  // iteration ends once the RMS error falls by less than this share in one
@@ -34,7 +34,7 @@ struct FactorizationOptions {
 // absolute value [Chen et al. 2002, Appendix].
 //
 // Entries with a colour that is not finite are not observed. Rows and columns without an observed entry are
-// projected: their factors fit the values given there, not finite ones as 0.
+// projected: their factors fit the values given there, with 0 for values that are not finite.
 // Throws Error if a weight is negative or not finite, or if NMF is given negative radiance; Cancelled.
 Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options = {},
                    const Progress& progress = {});

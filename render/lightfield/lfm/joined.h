@@ -17,8 +17,9 @@ struct PlacedObject {
 };
 
 // Maps of all objects, in their order. Each model's maps are stored once, for any number of objects. Models
-// have equal method, layout, samples and view size, and coding `bytes`; those with fewer terms than others
-// have no maps in further ones. A byte of a mean is rounded to the largest meanWhite of all models.
+// have equal method, layout, samples and view size, and coding `bytes`. A model with fewer terms than others
+// has no maps in the remaining terms. Bytes of means are rounded anew for the largest meanWhite of all
+// models.
 // Throws Error naming model and field if models do not fit together.
 LightFieldMaps joined(std::span<const LightFieldMaps> models, std::span<const PlacedObject> objects);
 

@@ -29,7 +29,8 @@ public:
                        const Progress& progress = {});
 
   const render::Description& describe() const override { return description_; }
-  // "samples"; with PCA also "terms". Those of NMF have no order: a part of them approximates nothing.
+  // "samples"; with PCA also "terms". Terms of NMF have no order, so that the first of them approximate
+  // nothing.
   std::vector<knobs::Knob> knobs() const override;
   void turn(const knobs::Setting& setting) override;
   // AOV: "depth". Throws Error as requireBaked() and FrameRenderer::render() do.

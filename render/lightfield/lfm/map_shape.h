@@ -46,7 +46,7 @@ inline uint8_t meanByte(double root, double white) {
   return static_cast<uint8_t>(std::lround(255 * std::clamp(root / white, 0.0, 1.0)));
 }
 
-// Maps of bytes with the users' sizes and nothing in them: each user has a map of its own.
+// Maps of coding `bytes`, all 0, with a map for each user.
 LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
                          int viewSize, size_t terms, size_t channels = 3);
 

@@ -8,9 +8,8 @@
 //   hat  hat function of a corner: its barycentric coordinate. The paper stores hat g in one map, which no
 //        longer vanishes at the far edge once it is compressed
 //   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h)
-//   h  view map of a vertex: channels of each cell of a square grid around the disc of directions. Centre of
-//   cell
-//      (x, y): ((x + 0.5) / size, (y + 0.5) / size) as discPoint() has it
+//   h  view map of a vertex: channels of each cell of a square grid around the disc of directions. In the
+//      coordinates of discPoint(), cell (x, y) has its centre at ((x + 0.5) / size, (y + 0.5) / size)
 //   s  scale of a vertex and term; g and h are within -1..1
 //
 // Radiance is the square of the root (root_radiance.h); roots below 0 are black. There are three channels,
@@ -37,7 +36,7 @@ enum class SurfaceLayout {
   scalar  // each corner has a map of its own, whose samples count as if the corner were the first
 };
 
-// One for all surface maps, one for all view maps, and one for the mean.
+// Coding of maps: one for all surface maps, one for all view maps, and one for the mean.
 enum class Coding {
   bytes, // maps one after another. Surface maps: bytes of a sample together; view maps: row by row
   dxt1,  // tiles (tile.h) one after another, as blocks of 8 bytes (s3tc.h); signed bytes plus 128
@@ -51,7 +50,7 @@ struct MapSet {
   std::vector<uint8_t> data;
 };
 
-// Maps, and the map of each user; as many maps as users, or a codebook.
+// Maps, and the index of each user's map. There are as many maps as users, or a codebook of fewer.
 struct MapTable {
   MapSet maps;
   std::vector<uint32_t> mapOf;

@@ -1,4 +1,4 @@
-// The photographs that see a surface point, as a function that tests can replace by a closed form.
+// Observations of a surface point, as a function that tests can replace by a closed form.
 #pragma once
 
 #include "render/lightfield/common/sight.h"

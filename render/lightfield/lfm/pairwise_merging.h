@@ -9,14 +9,14 @@
 
 namespace surflect::lfm {
 
-// Merging starts from at most so many vectors, evenly spread over the set, as it needs the square of their
-// number.
+// Largest number of vectors, evenly spread over the set, from which merging starts. Time and memory grow with
+// its square.
 inline constexpr size_t kMostPairwise = 4096;
 
-// Centroids of clusters. At first every vector is one; then, again and again, the two are merged whose
-// merging adds least to the distortion [Equitz 1989]: w_i w_j / (w_i + w_j) |c_i - c_j|^2. Ends when at most
-// `codewords` are left, if that is above 0, and the next would bring the mean squared error of a component
-// above `distortion`.
+// Centroids of clusters. At first every vector is a cluster; then the two clusters whose merging adds least
+// to the distortion are merged, again and again [Equitz 1989]: w_i w_j / (w_i + w_j) |c_i - c_j|^2. Ends when
+// at most `codewords` are left (if `codewords` is above 0), and the next merging would bring the mean squared
+// error of a component above `distortion`.
 std::vector<float> pairwiseMerged(const VectorSet& vectors, size_t codewords, double distortion,
                                   const Progress& progress);
 

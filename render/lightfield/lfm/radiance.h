@@ -30,7 +30,7 @@ struct TrianglePlace {
 Vec3<double> surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place);
 // View map of a vertex at a point of its disc.  h of maps.h
 Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point);
-// Mean over view directions, roots.
+// Mean root over view directions.
 Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place);
 
 // One approximation term: the sum over the triangle's corners of s hat g h.  [Chen et al. 2002, Eq. 6]

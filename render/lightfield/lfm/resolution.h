@@ -8,7 +8,7 @@
 
 namespace surflect::lfm {
 
-// Pixels of a photograph for each triangle: as many as a patch of 24 samples along an edge has samples.
+// Pixels of a photograph per triangle: as many as a patch with 24 samples along an edge has samples.
 // [Chen et al. 2002, §6.1] has 314.
 inline constexpr double kPixelsPerTriangle = 300;
 
@@ -17,12 +17,12 @@ struct Resolution {
   int samples = 0;   // along a triangle's edge
 };
 
-// Samples along an edge of the views' mesh: `samples`, or if that is 0 as many as a triangle's pixels need.
+// Samples along an edge of the views' mesh: `samples`; if `samples` is 0, as many as a triangle's pixels
+// need.
 int samplesFor(const lightfield::Views& views, int samples);
 
-// Mesh with `triangles` triangles; if that is 0, with kPixelsPerTriangle pixels for each, and more triangles
-// where fewer would move the surface by more than a pixel. `samples` along an edge; if that is 0, as many as
-// a triangle's pixels need.
+// Mesh with `triangles` triangles; if `triangles` is 0, with kPixelsPerTriangle pixels for each, and more
+// where fewer would move the surface by more than a pixel. Samples as samplesFor() gives them.
 Resolution resolutionFor(const lightfield::Views& views, size_t triangles, int samples);
 
 } // namespace surflect::lfm

@@ -1,5 +1,5 @@
 // Maps hold square roots of radiance: their bytes then resolve dark places as well as bright ones, and
-// factors fit // both. In the paper the gamma curve of the photographs does this.
+// factors fit both. In the paper the gamma curve of the photographs does this.
 #pragma once
 
 #include <algorithm>

@@ -44,7 +44,7 @@ std::vector<uint8_t> tileTexels(const MapShape& shape, const MapSet& maps, size_
 MapSet encoded(const MapShape& shape, const MapSet& maps, bool isSigned);
 MapSet decoded(const MapShape& shape, const MapSet& maps, bool isSigned);
 
-// All maps compressed; and all as bytes.
+// All maps compressed, and all maps as bytes.
 LightFieldMaps encoded(LightFieldMaps maps);
 LightFieldMaps decoded(LightFieldMaps maps);
 

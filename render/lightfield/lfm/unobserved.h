@@ -6,10 +6,10 @@
 
 namespace surflect::lfm {
 
-// Gives samples that were not observed the mean of their values in observed cells, and the surface factors
-// that fit these values best in the least squares sense; then gives cells that were not observed the view
-// factors that fit the values of observed samples. Values that are not finite are taken as 0; factors below 0
-// become 0 if `isPositive`.
+// Samples that were not observed get the mean of their values in observed cells, and the surface factors that
+// fit these values best by least squares. Then cells that were not observed get the view factors that fit the
+// values of observed samples. Values that are not finite are taken as 0; factors below 0 become 0 if
+// `isPositive`.
 void projectUnobserved(const LightFieldMatrix& matrix, const Observed& observed, bool isPositive,
                        Factors& factors);
 

@@ -13,12 +13,12 @@
 
 namespace surflect::lfm {
 
-// Mean root of a vertex over what photographs see of its ring, weighted by their fades and the hat function;
-// 0 if they see nothing. `rows` are those of the matrix.
+// Mean root of a vertex over the observed parts of its ring, weighted by the fades of photographs and the hat
+// function; 0 if nothing is observed. `rows` are those of the matrix.
 Vec3<float> meanRoot(const VertexMatrix& matrix, const RingRows& rows);
 
-// Gives each vertex that is not seen the mean of its neighbours that are seen, or were given theirs in an
-// earlier round. Parts of the mesh without a seen vertex stay as they are. roots, isSeen: #positions.
+// Gives each unseen vertex the mean of those neighbours that are seen, or that got a root in an earlier
+// round. Parts of the mesh without a seen vertex stay as they are. roots, isSeen: #positions.
 void spreadToUnseen(const Rings& rings, std::span<const uint8_t> isSeen, std::span<Vec3<float>> roots);
 
 // Matrix of a vertex with the same root everywhere, which counts as not observed.

@@ -29,8 +29,8 @@ enum class CodebookStart {
 
 struct CodebookOptions {
   CodebookStart start = CodebookStart::split;
-  size_t codewords = 0;  // at most so many; 0: no bound
-  double distortion = 0; // mean squared error of a component: no more codewords than it takes, nearly
+  size_t codewords = 0;  // at most; 0: no bound
+  double distortion = 0; // mean squared error of a component that suffices; 0: no bound
   size_t mostIterations = 20;
   double convergence = 1e-3; // iteration ends once the distortion falls by less than this share in one
 };

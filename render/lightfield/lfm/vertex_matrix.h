@@ -21,8 +21,8 @@ struct VertexMatrix {
   // rows x cells: how well a value was observed, 0..1. It is 0 for cells outside the disc or beyond the hull
   // of the photographs' directions, and in rows that no photograph sees; values there are extrapolated.
   std::vector<float> weights;
-  // Rows that no photograph sees, which are filled from those around them. If it is all rows, values are 0
-  // (unseen_vertices.h).
+  // Number of rows that no photograph sees, which are filled from the rows around them. If no row is seen,
+  // values are 0 (unseen_vertices.h).
   size_t unseenRows = 0;
   // Photographs that see every sample of a triangle, summed over the triangles whose corner 0 is this vertex:
   // the sum over all vertices counts each triangle once.

@@ -23,7 +23,7 @@ struct SiteMesh {
   // segment from itself to itself.
   std::vector<std::array<uint32_t, 2>> borders;
 
-  // Do the triangles keep an area and their orientation when the sites move to these places?
+  // Returns whether the triangles keep an area and their orientation when the sites move to these places.
   bool holdsFor(std::span<const DiscPoint> sites) const;
 };
 

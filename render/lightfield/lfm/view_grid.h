@@ -19,7 +19,7 @@ public:
   int size() const { return size_; }
   size_t cells() const { return static_cast<size_t>(size_) * static_cast<size_t>(size_); }
   DiscPoint center(size_t cell) const;
-  // Is the centre in the disc? Other cells show no direction, and count in no reported error.
+  // Returns whether the centre is in the disc. Other cells show no direction, and count in no reported error.
   bool isInDisc(size_t cell) const;
 
 private:

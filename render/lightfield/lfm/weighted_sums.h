@@ -14,7 +14,7 @@
 
 namespace surflect::lfm {
 
-// Products u_k u_l of a row of factors, k <= l.
+// Number of products u_k u_l, k <= l, of a row of factors.
 size_t pairsOf(size_t terms);
 // The symmetric matrix of such products.
 Eigen::MatrixXd unpacked(const float* pairs, size_t terms);

@@ -24,7 +24,7 @@ struct BuildOptions {
 
 struct BuildReport {
   Slabs slabs;
-  Tally texels;                          // that lines give; their sum is the size of the lumigraph
+  Tally texels;                          // by what their lines meet; their sum is the size of the lumigraph
   size_t blackPictures = 0;              // of nodes from which no photograph sees any part of the object
   size_t triangles = 0;                  // of the geometry that corrects depth
   std::optional<DepthErrors> errors;     // of that geometry, if it is simplified

@@ -1,5 +1,4 @@
-// Geometry that corrects the depth of a lumigraph's rays: rays of all nodes are brought to the same point of
-// it.
+// Geometry that corrects the depth of a lumigraph's rays: all nodes show the same point of this geometry.
 #pragma once
 
 #include "surfel/geometry/mesh.h"

@@ -28,8 +28,8 @@ public:
 
   // Appends the picture of the next node: i fastest, then j, then the slab. Throws Error.
   void append(std::span<const Texel> picture);
-  // Finishes the folder of an object's mesh with slabs, overlap and geometry of a lumigraph; its texels are
-  // those that were appended. Throws Error and Cancelled.
+  // Finishes the folder: the object's mesh, and slabs, overlap and geometry of a lumigraph. Texels are those
+  // that were appended, not the lumigraph's. Throws Error and Cancelled.
   void commit(const capture::Capture& trainingViews, const TriangleMesh& mesh, const Lumigraph& lumigraph,
               const Progress& progress = {});
 

@@ -1,7 +1,7 @@
 // Texel quotas: how a lumigraph gets the resolution of a surface light field.
 //
 // [Azuma 1999, §4.1] A slab shows one of six sides, so it gets a sixth of the texels that the surface light
-// field spends on all; less where those are redundant, as texels of overlapping regions are.
+// field spends on all sides; fewer if these are redundant, as texels of overlapping regions are.
 #pragma once
 
 #include <cassert>

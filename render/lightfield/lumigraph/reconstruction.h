@@ -8,8 +8,8 @@
 //   colour = sum_n w_n (a_n + f) c_n / sum_n w_n (a_n + f)
 //   alpha = 1 if the geometry has the object's outline, else sum_n w_n a_n
 //
-// f is small, so that a node whose line to P misses the object, and shows a colour that was filled in, counts
-// only where all nodes miss it.
+// f is small: a node whose line to P misses the object has a colour that was filled in, which must count only
+// where the lines of all nodes miss the object.
 #pragma once
 
 #include "render/lightfield/lumigraph/lumigraph.h"

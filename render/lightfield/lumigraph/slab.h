@@ -12,9 +12,9 @@
 // radii away. The nearer it is, the smaller is the part of its grid that any one point of the object uses.
 //
 // Lines have no ends: radiance is that at the point where the line, coming from the st side, first meets the
-// object. A camera may stand before or beyond the st plane. Inside the convex hull of the object it may see,
-// through a hollow, points that are not first on their line; it is given the radiance of those that are.
-// [Azuma 1999, §4.2.2]
+// object. A camera may stand before or beyond the st plane. Inside the convex hull of the object, a camera
+// may see through a hollow points that are not first on their line. Its picture then shows the radiance of
+// the points that are first. [Azuma 1999, §4.2.2]
 #pragma once
 
 #include "surfel/geometry/mesh.h"
@@ -86,10 +86,10 @@ struct SlabOptions {
 Slabs slabsAround(const TriangleMesh& mesh, const SlabOptions& options);
 
 // Weights of the slabs for lines of a direction towards the viewer, which need not be unit but not 0 either.
-// The slab of the largest component counts most. The weight of another falls linearly, by weightSlope() times
-// what its component lacks of the largest, relative to the largest. It is 0 where its component has 1 / (1 +
-// overlap) of the largest, or less. Weights are continuous, not negative, and sum to 1. With an overlap of 0,
-// the slab of the largest component has weight 1, the first of equal ones.
+// The slab of the largest component counts most. The weight of another slab falls by weightSlope() times
+// (largest - component) / largest; it is 0 where the component is at most largest / (1 + overlap). Weights
+// are continuous, not negative, and sum to 1. With an overlap of 0, the slab of the largest component has
+// weight 1, the first of equal ones.
 std::array<double, kSlabs> slabWeights(const Direction& towardsViewer, double overlap);
 // (1 + overlap) / overlap, at most 1e30: finite in single precision, too. The overlap is not 0.
 double weightSlope(double overlap);

@@ -15,8 +15,8 @@ struct AtlasReport {
   double worstCone = 0, meanCone = 0; // half-angle of a region's normals, in degrees; the mean is by area
   double smallestShare = 0, largestShare = 0; // region's area over the mean region's area
   // Stretch: distance on the surface for a unit length in texels, over that of a map that keeps all areas; 1
-  // is best [Sander 2001, §3]. Root mean square over the surface and all directions; and the bound that
-  // stretch in any direction keeps on 99 % of the surface.
+  // is best [Sander 2001, §3]. meanStretch: root mean square over the surface and all directions.
+  // highStretch: largest stretch in any direction, exceeded on 1 % of the surface.
   double meanStretch = 0, highStretch = 0;
   size_t texels = 0;       // stored
   size_t texelsNeeded = 0; // in reach of bilinear look-ups on the surface

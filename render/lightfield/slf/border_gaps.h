@@ -25,11 +25,11 @@ public:
   std::span<const Vec2<double>> polygon() const { return polygon_; }
   void move(size_t vertex, const Vec2<double>& to);
 
-  // Would two edges that are not neighbours come as near as `margin`, if a vertex moved?
+  // Returns whether two edges that are not neighbours would come as near as `margin` if a vertex moved.
   bool wouldCross(size_t vertex, const Vec2<double>& to, double margin) const;
-  // Would a moved vertex make a gap too narrow? True if a vertex and an edge that faces it are nearer than
-  // leastGap(), and nearer than before the move. Compares the vertex with all edges,
-  // and its two edges with all vertices.
+  // Returns whether a moved vertex would make a gap too narrow: a vertex and an edge that faces it would be
+  // nearer than leastGap(), and nearer than before the move. Compares the vertex with all edges, and its two
+  // edges with all vertices.
   bool wouldNarrowGap(size_t vertex, const Vec2<double>& to, double clearance) const;
 
 private:

@@ -29,8 +29,8 @@ Cone coneAround(std::span<const Vec3<double>> directions);
 
 inline constexpr size_t kPrismCorners = 16;
 
-// Rasterisers round corners to 1/256 pixel. By this angle, in radians, small triangles at the silhouette turn
-// over at most, and are drawn although they face away.
+// Rasterisers round corners to 1/256 pixel. Small triangles at the silhouette that face away by at most this
+// angle, in radians, may therefore turn over and be drawn.
 inline constexpr double kTurnOver = 0.02;
 
 struct RegionBound {

@@ -21,9 +21,9 @@ struct BuildOptions {
   size_t texels = 0;
   // Sample directions: a subdivided octahedron's (octahedronDirections): 6, 18, 66, 258 or 1026.
   size_t directions = 66;
-  // Above 0: each region keeps its own subset of 258 sample directions (of `directions`, if more), so that
-  // the textures left out are reproduced with this error, relative to the white level of the photographs
-  // (adaptive_directions.h).
+  // Above 0: each region keeps its own subset of 258 sample directions (or of `directions`, if these are
+  // more), so that the textures left out are reproduced within this error, relative to the white level of the
+  // photographs (adaptive_directions.h).
   double tolerance = 0;
   Blend blend = Blend::ulr;
 };
@@ -41,8 +41,8 @@ struct BuildReport {
   size_t texels = 0;          // of all stored textures
   size_t unseenTexels = 0;    // of the surface, that no photograph sees: filled from their region
   size_t unseenRegions = 0;   // that no photograph sees: filled from their neighbours
-  size_t blackRegions = 0;    // of those, regions that are not connected to a seen one: black
-  double inventedShare = 0;   // of stored texels in directions in front of them, that were not observed
+  size_t blackRegions = 0;    // of the unseen regions, those not connected to a seen one: black
+  double inventedShare = 0;   // not observed, of the stored texels in directions in front of them
   uint64_t bytes = 0;         // of the folder
   double regionSeconds = 0, photographSeconds = 0, visibilitySeconds = 0, textureSeconds = 0, fileSeconds = 0;
 };

@@ -22,7 +22,7 @@ Mat3<double> hatRows(const DirectionMesh& mesh, size_t triangle);
 
 class FieldBuffers {
 public:
-  // Needs a context, as all of render/gl.
+  // Needs a current context, as everything in render/gl does.
   explicit FieldBuffers(const Field& field);
 
   // Middle of the mesh's box, from which positions in shaders count.

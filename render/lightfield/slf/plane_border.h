@@ -13,11 +13,12 @@ inline double planeArea(const Vec2<double>& p1, const Vec2<double>& p2, const Ve
   return (d.x() * e.y() - d.y() * e.x()) / 2;
 }
 
-// Do the segments ab and cd touch, or come as near as `margin`? Also where rounding cannot tell.
+// Returns whether the segments ab and cd touch, or come as near as `margin`; also true where rounding leaves
+// it open.
 bool segmentsMeet(const Vec2<double>& a, const Vec2<double>& b, const Vec2<double>& c, const Vec2<double>& d,
                   double margin = 0);
 
-// Do two edges of a closed polygon touch that are not neighbours?
+// Returns whether two edges of a closed polygon touch that are not neighbours.
 bool crossesItself(std::span<const Vec2<double>> polygon);
 
 } // namespace surflect::slf

@@ -46,7 +46,8 @@ struct FrameOptions {
   // the pass's direction, after clearing alpha. [Azuma 1999, §3.2]
   bool visitedTriangles = true;
   bool observed = false; // whether to return Frame::observed
-  // Which of two stages are drawn. A benchmark leaves one out: its time is what the frame then lacks.
+  // Whether each of the two stages is drawn. A benchmark leaves one out: the time of that stage is what the
+  // frame then saves.
   bool basisStage = true, regionStage = true;
 };
 
@@ -71,9 +72,9 @@ public:
   FrameRenderer(const Field& field, const Textures& textures, const SlotOptions& options,
                 const gl::Limits& limits);
 
-  // Equal arguments give equal bits, whatever was drawn before; so do all plan options, budgets and policies.
-  // Triangles before the near plane, a 10^4th of the distance to the farthest point, are not drawn. Throws
-  // Error for a lens that is not a pinhole or distorts, and where texels cannot be read.
+  // Equal arguments give equal bits, whatever was drawn before. Plan options, budgets and policies do not
+  // change the bits. Triangles before the near plane, a 10^4th of the distance to the farthest point, are not
+  // drawn. Throws Error for a lens that is not a pinhole or distorts, and where texels cannot be read.
   Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {});
 
   const TextureSlots& slots() const { return slots_; }

@@ -10,8 +10,8 @@
 
 namespace surflect::slf {
 
-// Places in Disc::border that lie at the corners of the square, in rising order: lower left, lower right,
-// upper right and upper left after a rotation.
+// Indices into Disc::border of the vertices at the corners of the square, in rising order. After a rotation
+// of the four they are lower left, lower right, upper right and upper left.
 using SquareCorners = std::array<size_t, 4>;
 
 struct SquareShape {

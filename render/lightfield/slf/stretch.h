@@ -36,7 +36,7 @@ struct StretchSums {
   // Integral of a / s^2 + c s^2 for the best s: the squared stretch of the rectangle of best aspect, for a
   // square of the plane's unit. Infinite if the map is not one to one.
   double leastStretch() const;
-  // s^2 at that: width over height of a rectangle that stands for the square.
+  // // s^2 of the best s: width over height of the rectangle that replaces the square.
   double bestAspect() const;
 };
 StretchSums stretchSums(std::span<const Vec3<double>> positions,

@@ -20,8 +20,8 @@ struct DescentOptions {
 // Moves vertices of a one-to-one map over the unit square so that the integral over the surface of
 // a / s^2 + c s^2 falls, where s is the best aspect: the squared stretch for a given number of texels.
 // Vertices move one after another, by steps of Newton that leave all triangles positive and the border
-// without crossings, so that the map stays one to one [Sander 2001, §3.2]. There a line search in random
-// directions is used, here derivatives. Throws Cancelled.
+// without crossings, so that the map stays one to one [Sander 2001, §3.2]. [Sander 2001] searches along
+// random directions; here derivatives give the steps. Throws Cancelled.
 void lowerStretch(const Disc& disc, std::vector<Vec2<double>>& coordinates,
                   const DescentOptions& options = {}, const Progress& progress = {});
 

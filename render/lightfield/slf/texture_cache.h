@@ -38,7 +38,7 @@ public:
     uint32_t slot = 0;
     bool isHit = false; // otherwise the caller fills the slot
   };
-  // Slots of at most groupSize distinct textures; they hold them until the next call.
+  // Gives slots to at most groupSize distinct textures, which keep them until the next call.
   std::vector<Place> place(std::span<const uint32_t> group);
 
   size_t slots() const { return textureOfSlot_.size(); }

@@ -11,7 +11,8 @@
 namespace surflect::slf {
 
 // #directions: 1 if the direction is a corner of a triangle of the direction mesh, in which some direction is
-// in front of some triangle of the region. The others are seen from behind only, and nothing is drawn there.
+// in front of some triangle of the region. The region shows only its back in the other directions, and is not
+// drawn there.
 std::vector<uint8_t> usedDirections(const TriangleMesh& mesh, const Chart& chart,
                                     const DirectionMesh& directions);
 

@@ -4,8 +4,8 @@
 // Control for Spherical Light Fields.
 //
 // A direction points from the object towards a viewer. Level l has 20 * 4^l pencils. Children 4 i .. 4 i + 3
-// of pencil i are the centre one, and those at its corners a, b, c. A centre child shows the image of its
-// parent, so that three of four children have images of their own: 20 * 4^l images for levels 0..l together.
+// of pencil i are the child at its centre, and those at its corners a, b, c. A centre child shows the image
+// of its parent; the other three have images of their own: 20 * 4^l images for levels 0..l together.
 #pragma once
 
 #include "surfel/math/space.h"
@@ -26,7 +26,7 @@ struct Pencil {
   friend bool operator==(const Pencil&, const Pencil&) = default;
 };
 
-// Number of an image, from that of the first pencil of level 0 to that of the last of the finest level.
+// Number of an image, from 0; images of coarser levels have lower numbers.
 using ImageNumber = uint32_t;
 
 constexpr size_t pencilsOf(size_t level) { return size_t{20} << 2 * level; }

@@ -20,8 +20,8 @@ struct Canvas {
 
 struct FlightOptions {
   std::optional<double> budget = {}; // seconds a frame; none: all frames have the level of detail of the look
-  // Frames wait for all their images, as in [Domingo 2007, Fig. 5]; otherwise they show what is at hand, and
-  // bring no more images to the GPU than the budget allows.
+  // Frames wait for all their images, as in [Domingo 2007, Fig. 5]. Otherwise they show images that are on
+  // the GPU, and bring no more images there than the budget allows.
   bool wait = false;
 };
 
@@ -40,7 +40,7 @@ public:
   FrameRecord frame(const Window& window, Look look, const Canvas& canvas);
 
 private:
-  // Work of a frame as it is expected, and the most images that it may bring to the GPU.
+  // Expected work of a frame, and the largest number of images that it may bring to the GPU.
   struct Expected {
     FrameCounts counts;
     size_t mostUploads = 0;

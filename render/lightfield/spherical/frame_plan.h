@@ -12,7 +12,7 @@ namespace surflect::spherical {
 
 struct FramePlan {
   std::vector<WeightedTriangle> triangles; // in the order of drawing
-  std::vector<ImageNumber> images;         // that they show, each once, in the order of its first triangle
+  std::vector<ImageNumber> images; // of these triangles, each once, in the order of its first triangle
 };
 
 FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look);

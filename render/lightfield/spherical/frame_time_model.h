@@ -7,7 +7,7 @@
 // t_setup has a value for each level, and one for each pair of levels that are blended: a setup that has
 // never been measured is predicted as that of the level beside it. Times are fitted by least squares of
 // relative errors. Older frames count less; a weak pull towards the start values keeps times that no frame
-// tells.
+// determines.
 #pragma once
 
 #include "render/lightfield/spherical/player.h"
@@ -33,7 +33,7 @@ public:
   // Adds a measured frame; its seconds are positive.
   void add(const FrameCounts& counts, double detail, double seconds);
 
-  // As fitted; the setup is that of a level of detail.
+  // Fitted times; the setup is that of the given level of detail.
   FrameTimes times(double detail) const;
 
 private:

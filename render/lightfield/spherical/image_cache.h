@@ -27,9 +27,9 @@ struct CacheBudgets {
   size_t memoryBytes = size_t{512} << 20, gpuBytes = size_t{512} << 20;
 };
 
-// Slots of both levels that the budgets allow, and no more than the field has images. `mostLayers`: of the
-// driver. Throws Error naming a budget that is too small: main memory must hold one image, the GPU those of
-// level 0 and one more.
+// Numbers of slots in main memory and on the GPU that the budgets allow, at most as many as the field has
+// images. `mostLayers`: of the driver. Throws Error naming a budget that is too small: main memory must hold
+// one image, the GPU those of level 0 and one more.
 struct CacheSlots {
   size_t memory = 0, gpu = 0;
 };
@@ -48,15 +48,16 @@ public:
   void want(ImageNumber image);
   // Slot of an image on the GPU, which it keeps until release().
   std::optional<uint32_t> use(ImageNumber image);
-  // Whether the image is on the GPU afterwards: it is in main memory, and a slot could be had.
+  // Brings an image from main memory to the GPU. Returns whether it is there afterwards: it was in main
+  // memory, and a slot was free or could be freed.
   bool upload(ImageNumber image);
-  // Starts loading an image from disk; false if there is no room, as images that are wanted, or on their way,
-  // fill main memory.
+  // Starts loading an image from disk. Returns false if there is no room: images that are wanted or being
+  // loaded fill main memory.
   bool request(ImageNumber image);
-  // Takes what has been loaded. `wait`: until at least one image has been. Throws Error where an image could
-  // not be read.
+  // Takes the images that have been loaded. `wait`: waits until at least one has. Throws Error if an image
+  // could not be read.
   void collect(bool wait);
-  // A new frame, or part of one: images that were wanted or used may be replaced.
+  // Begins a new frame, or a batch of one: images that were wanted or used may be replaced.
   void release() { memory_.release(), gpu_.release(); }
   // Images in main memory may be replaced.
   void releaseMemory() { memory_.release(); }

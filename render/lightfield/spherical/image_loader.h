@@ -12,7 +12,7 @@ namespace surflect::spherical {
 
 struct LoadedImage {
   ImageNumber number = 0;
-  std::shared_ptr<const PencilImage> image; // or none, and why
+  std::shared_ptr<const PencilImage> image; // or none, and `failure`
   std::exception_ptr failure;
 };
 
@@ -21,8 +21,8 @@ public:
   virtual ~ImageLoader() = default;
   // Starts loading an image.
   virtual void request(ImageNumber image) = 0;
-  // Images that have been loaded since the last call, in any order. `wait`: at least one, unless none is
-  // being loaded.
+  // Images that have been loaded since the last call, in any order. `wait`: waits for at least one, unless
+  // none is being loaded.
   virtual std::vector<LoadedImage> finished(bool wait) = 0;
 };
 

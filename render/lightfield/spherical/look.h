@@ -3,7 +3,7 @@
 
 namespace surflect::spherical {
 
-// How a field is looked at.
+// Level of detail of a picture, and how its rays are looked up.
 struct Look {
   double detail = 0;        // continuous level of detail, 0..levels-1
   double mip = 0;           // least mip level of the images

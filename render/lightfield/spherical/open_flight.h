@@ -17,8 +17,8 @@ namespace surflect::spherical {
 // Belongs to the thread that opens it, as its context does.
 class OpenFlight {
 public:
-  // Loads the images of level 0, and measures how long an image takes from disk and to the GPU: the start of
-  // the frame times. Throws Error as SphericalRenderer does, and Cancelled.
+  // Loads the images of level 0, and measures how long an image takes from disk and to the GPU, as start
+  // values of the frame times. Throws Error as SphericalRenderer does, and Cancelled.
   OpenFlight(const std::filesystem::path& folder, const CacheBudgets& budgets, const FlightOptions& options,
              const Progress& progress = {});
 

@@ -64,8 +64,8 @@ Vec3<double> vectorOf(const Sphere& sphere, const ImageAxes& axes, const Vec3<do
 // Inverse of placeOf().
 Vec3<double> pointOf(const Sphere& sphere, const ImageAxes& axes, const Vec3<double>& place);
 
-// Trilinear samples between texel centres, and between levels: `mip` is 0 for the largest. Beyond the image
-// are the texels of its border.
+// Trilinear samples between texel centres, and between levels: `mip` is 0 for the largest. Beyond the image,
+// the texels of its border continue.
 Eigen::Vector4d colorAt(const PencilImage& image, const Vec2<double>& place, double mip);
 double heightAt(const PencilImage& image, const Vec2<double>& place, double mip);
 

@@ -26,18 +26,18 @@ struct FrameCounts {
 // Draws triangles; their slots stay as they are during the call.
 using DrawTriangles = std::function<void(std::span<const TexturedTriangle>)>;
 
-// Draws all triangles of a plan with their own images, and waits for these. If the GPU cannot hold all, draws
-// in batches, in the same order. Throws Error where an image cannot be read, and Cancelled.
+// Draws all triangles of a plan with their own images, and waits until these are loaded. If the GPU cannot
+// hold all, draws in batches, in the same order. Throws Error where an image cannot be read, and Cancelled.
 FrameCounts drawAll(const FramePlan& plan, ImageCache& cache, const DrawTriangles& draw,
                     const Progress& progress = {});
 
-// Draws all triangles of a plan with what is at hand: images on the GPU, and at most `mostUploads` from main
-// memory; others show their nearest ancestor on the GPU. Requests the images that are on disk. Throws Error
-// where an image could not be read.
+// Draws all triangles of a plan without waiting: with images on the GPU, and at most `mostUploads` from main
+// memory. Other triangles show their nearest ancestor's image on the GPU. Requests the images that are on
+// disk. Throws Error where an image could not be read.
 FrameCounts drawAtHand(const FramePlan& plan, ImageCache& cache, size_t mostUploads,
                        const DrawTriangles& draw);
 
-// Work that drawAll() has with a plan, as the cache is now.
+// Work of drawAll() for a plan in the present state of the cache.
 FrameCounts countsOf(const FramePlan& plan, const ImageCache& cache);
 
 } // namespace surflect::spherical

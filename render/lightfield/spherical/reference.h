@@ -15,7 +15,7 @@ namespace surflect::spherical {
 
 // Image that is shown for a pencil: its own or an ancestor's.
 struct ShownImage {
-  ImageNumber number = 0; // whose direction it is projected along
+  ImageNumber number = 0; // determines the direction of projection
   const PencilImage* image = nullptr;
 };
 using ShownImageOf = std::function<ShownImage(const Pencil&)>;

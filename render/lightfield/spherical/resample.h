@@ -12,8 +12,8 @@
 
 namespace surflect::spherical {
 
-// Sphere around a mesh, and a little more, so that the texels of an image's border are empty. Throws Error
-// for a mesh without extent.
+// Sphere around a mesh, slightly enlarged so that the texels at the border of an image are empty. Throws
+// Error for a mesh without extent.
 Sphere sphereAround(const TriangleMesh& mesh, int size);
 
 // Heights on the object, continued smoothly to the texels beside it (pull_push.h).

@@ -1,4 +1,4 @@
-// The renderer of spherical light fields: every pencil with its own image, as long as that takes.
+// Renderer of spherical light fields: every pencil shows its own image, however long loading takes.
 #pragma once
 
 #include "render/gl/context.h"

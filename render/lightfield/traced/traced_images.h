@@ -10,8 +10,8 @@
 
 namespace surflect::traced {
 
-// Writes the light field of a stage under all its training lights together, by its own samples, seed and
-// transport. Texels of an outline have the share of the object as alpha; heights are those at their centres.
+// Writes the light field of a stage under all its training lights together, with the stage's samples, seed
+// and transport. A texel's alpha is the share of it that the object covers; its height is that at its centre.
 // The noise of an image is keyed by its direction: same bits for any number of threads and of levels. Throws
 // Error, also for a stage without training frames or with an exposure, and Cancelled.
 spherical::BuildReport build(const stage::Stage& stage, const spherical::BuildOptions& options,
