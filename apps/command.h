@@ -17,8 +17,7 @@ using Json = nlohmann::ordered_json;
 // Does the work and returns the machine-readable report. Throws Error or Cancelled.
 using CommandWork = std::function<Json(const Progress& progress)>;
 
-// Work that was done and whose report tells of a failure: the report is written, and the program exits
-// with 1.
+// Work that finished, but whose report states a failure: the report is written, and the program exits with 1.
 class FailedReport : public Error {
 public:
   FailedReport(std::string problem, Json report) : Error(std::move(problem)), report_(std::move(report)) {}
@@ -28,8 +27,8 @@ private:
   Json report_;
 };
 
-// Sets the work that runs if the command is chosen. An interruption becomes an Error that tells the next
-// step.
+// Sets the work that runs if the command is chosen. An interruption becomes an Error that ends with `next`,
+// what the user can do then.
 inline void setWork(CLI::App& command, CommandWork& work, const std::string& next,
                     const CommandWork& chosen) {
   command.callback([=, &work] {

@@ -23,16 +23,17 @@ void addQualityOptions(CLI::App& command, QualityOptions& options);
 
 class FilmQuality {
 public:
-  // Turns the renderer to the base: knobs that are given, and the preview's if it is asked for. Throws Error
-  // for a knob that the renderer lacks. The arguments must outlive the object.
+  // Turns the renderer to the base setting: the knobs that are given, and for a preview those of
+  // Renderer::preview(). Throws Error for a knob that the renderer lacks. The arguments must outlive the
+  // object.
   FilmQuality(const QualityOptions& options, render::Renderer& renderer);
 
-  // Beginning of the identity of each frame, which a renderer's identity at the base must precede. Under a
-  // budget, which depends on a clock, each frame's identity ends with its setting; otherwise with this text.
+  // Text that follows the renderer's identity at the base setting in the identity of every frame. Under a
+  // budget, which depends on a clock, the frame's setting follows this text.
   std::string identity() const;
   std::string identity(const knobs::Setting& setting) const;
 
-  // Choice for a frame of the script; then turns the renderer to it.
+  // Chooses the setting of a frame of the script, and turns the renderer to it.
   control::Choice turn(film::ShotRenderer& shot, const scene::Frames& frames, int frame, double scale);
   void turnToBase() { renderer_.turn(base_); }
 

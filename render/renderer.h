@@ -25,7 +25,7 @@ namespace surflect::render {
 // A renderer ignores options that its method does not have.
 struct RendererOptions {
   size_t cameras = 3; // blended per place, 1..kMaxBlended
-  size_t pairs = 4;   // camera-light pairs blended instead, where not all were captured
+  size_t pairs = 4;   // camera-light pairs blended instead, unless weights are separate
   // Override the model's choices (InterpolationChoice, LightBlend).
   std::optional<ulr::Interpolation> interpolation = {};
   std::optional<bool> reciprocal = {}, shadows = {};
@@ -60,7 +60,7 @@ public:
 
   // The knobs that the renderer has, whatever they are set to.
   virtual std::vector<knobs::Knob> knobs() const { return {}; }
-  // The setting for looking: the fastest whose pictures are hard to tell from the full ones.
+  // The preview setting: the fastest whose pictures are hard to tell from those at full.
   virtual knobs::Setting preview() const { return {}; }
   // Sets all knobs for the frames that follow, and with them the identity. Throws Error for a knob that the
   // renderer lacks and for a value that it cannot take.
@@ -73,7 +73,8 @@ public:
   virtual FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
                              const Progress& progress = {}, FrameLayers memory = {}) = 0;
 
-  // Does now what render() would do on meeting an environment for the first time. Throws Cancelled.
+  // Prepares an environment, which render() would otherwise do when it first meets the environment. Throws
+  // Cancelled.
   virtual EnvironmentReport prepare(const scene::ShotEnvironment& environment,
                                     const Progress& progress = {}) = 0;
 };

@@ -1,5 +1,5 @@
-// Measurements of claims in [Weyrich 2005]; tests compare them with theory. Folders are created, for captures
-// and models.
+// Measurements of claims in [Weyrich 2005]; tests compare them with theory. Each folder is created; captures
+// and models are written into it.
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 #pragma once

@@ -23,7 +23,7 @@ struct WarpedFrame {
 // lengths.
 using DirectionsBack = std::optional<Mat3<double>> (*)(const WarpedFrame& frame);
 
-std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own
+std::optional<Mat3<double>> byPolarFactor(const WarpedFrame& frame);     // the program's own map
 std::optional<Mat3<double>> byBisector(const WarpedFrame& frame);        // [Weyrich 2005, Eqs. 7 to 10]
 std::optional<Mat3<double>> byGramSchmidt(const WarpedFrame& frame);     // u-bar along u
 std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1 = R0 (u, v, w)^-1

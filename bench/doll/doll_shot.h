@@ -24,7 +24,7 @@ capture::Camera<ObjectSpace> frontCamera(const SurfelCloud& cloud, int width, in
 // captured lights.
 Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights);
 
-// The shot in the renderer's setting for looking.
+// The shot with the renderer's preview setting.
 Shot previewOf(const model::Model& model, Shot shot);
 
 // A model with every `step`-th view, over the same files.

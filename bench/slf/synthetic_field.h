@@ -21,8 +21,8 @@ struct SyntheticOptions {
 
 slf::Field syntheticField(const SyntheticOptions& options = {});
 
-// Textures of a syntheticField() with the same options, in memory. Observed are directions in front of the
-// surface.
+// Textures of a syntheticField() with the same options, in memory. Texels are observed in directions in front
+// of the surface.
 class SyntheticTextures : public slf::Textures {
 public:
   SyntheticTextures(const slf::Field& field, const SyntheticOptions& options);

@@ -51,7 +51,7 @@ struct Chart {
   std::string machine;                     // processor, threads and instruction set
   std::string command;                     // makes the chart again
   size_t restFrames = 0, bentFrames = 0;   // frames that were rendered
-  size_t restHeldOut = 0, bentHeldOut = 0; // frames that the captures hold out
+  size_t restHeldOut = 0, bentHeldOut = 0; // held-out frames of the captures
   std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
   std::vector<Point> points;
   std::vector<Panel> panels;

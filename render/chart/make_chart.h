@@ -28,10 +28,10 @@ struct BentTruth {
 
 struct ChartOptions {
   render::RendererOptions renderer;
-  // Knobs to sweep, in all combinations. Empty: every knob alone, the preview, and a greedy descent; with
-  // onlyGiven the most accurate setting alone.
+  // Knobs to sweep, in all combinations. Empty: every knob alone, the preview, and a greedy descent; or, with
+  // onlyGiven, the most accurate setting alone.
   std::vector<knobs::KnobValues> sweep = {};
-  bool onlyGiven = false;   // whether `sweep` stands without the most accurate value of each knob
+  bool onlyGiven = false;   // leaves out the most accurate values that `sweep` does not name
   size_t frames = 12;       // most held-out photographs at rest, and as many deformed
   size_t timedFrames = 4;   // most frames at rest that are timed
   size_t rounds = 5;        // rounds of timing

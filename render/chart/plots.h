@@ -7,7 +7,7 @@
 
 namespace surflect::chart {
 
-// Time against error to full, with each model's front; errors that no one can see share a line below the
+// Time against error to full, with each model's front; errors below kVisibleError share a line below the
 // axis.
 std::string errorPlot(const View& view);
 

@@ -16,8 +16,8 @@ knobs::Setting withoutFull(std::span<const knobs::Knob> knobs, knobs::Setting se
 // Every combination of the knobs' values; each setting names every knob.
 std::vector<knobs::Setting> combinations(std::span<const knobs::Knob> knobs);
 
-// Every value of every knob while the others have their most accurate values; the setting with all of them at
-// that comes first.
+// Every value of every knob while the others have their most accurate values. The first setting has all knobs
+// at their most accurate values.
 std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs);
 
 struct Cost {
@@ -25,8 +25,8 @@ struct Cost {
   double error = 0; // against the most accurate setting
 };
 // Greedy descent from the most accurate setting: moves one knob to its next value, the one that saves most
-// work for the error that it adds, until no step saves work or `most` steps are taken. Returns the settings
-// that it passes, without the first. `cost` is asked once for each setting on the way and beside it.
+// work for the error that it adds, until no step saves 2 % of the work or `most` steps are taken. Returns the
+// settings that it passes, without the first. `cost` is called once for each setting that is compared.
 std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
                                     const std::function<Cost(const knobs::Setting&)>& cost);
 

@@ -17,7 +17,7 @@ std::string escaped(std::string_view text);
 
 // Number for readers with `digits` significant digits and without an exponent: "44.0", "0.0120".
 std::string rounded(double number, int digits);
-// Such a number without the zeros that end it after the point: "44", "0.012".
+// As rounded(), without trailing zeros after the point: "44", "0.012".
 std::string shortest(double number, int digits);
 
 // Maps values to positions, in equal steps or in equal ratios.
@@ -33,8 +33,9 @@ struct Axis {
 Axis axisAround(std::span<const double> values, bool isLogarithmic, double first, double last);
 
 // Round values within the range of the axis, in rising order: at most `most`, which is at least 2. A
-// logarithmic axis has the finest that fit of: powers of ten times 1 to 9; times 1, 2, 5; times 1, 3; times
-// 1; every n-th power. Where that leaves fewer than two, ticks are in equal steps of 1, 2 or 5 times a power.
+// logarithmic axis has the finest series that fits: powers of ten times 1 to 9; times 1, 2, 5; times 1, 3;
+// times 1; every n-th power. If that series has fewer than two ticks, ticks are in equal steps of 1, 2 or 5
+// times a power.
 std::vector<double> ticks(const Axis& axis, size_t most);
 
 struct Place {
@@ -60,7 +61,8 @@ struct Box {
 double overlap(const Box& a, const Box& b);
 
 // Boxes of labels of the given sizes near their places, inside `bounds`: each where it covers least of the
-// labels before it, of the labelled places, and of `marks`, and among such boxes at the nearest.
+// labels before it, of the labelled places, and of `marks`. Of equally good boxes, the one nearest to its
+// place counts.
 std::vector<Box> placeLabels(std::span<const Place> labelled, std::span<const std::array<double, 2>> sizes,
                              std::span<const Place> marks, const Box& bounds);
 

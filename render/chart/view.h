@@ -1,4 +1,4 @@
-// View of a chart: what several parts of its report ask for, and its figures in words.
+// View of a chart: look-ups that several parts of its report share, and figures as text.
 #pragma once
 
 #include "render/chart/chart.h"
@@ -42,13 +42,13 @@ std::string settingText(const View& view, size_t point);
 // "preview", "full"; empty for a setting without a name
 std::string nameOf(const View& view, size_t point);
 
-// Share of error to full below which nobody sees a difference: less is not told apart, but for 0.
+// Least visible error to full, as a share. Smaller errors above 0 are all shown as "< 0.001" (percent).
 inline constexpr double kVisibleError = 1e-5;
 
 // Whether the point can be drawn over time.
 bool hasTime(const Point& point);
 
-// Figures with their units. A figure that is not finite is a sign.
+// Figures with their units. A figure that is not finite is shown as a dash or as infinity.
 std::string fixedText(double number, int decimals); // "38.20"
 std::string millisecondsText(double milliseconds);  // "44.0 ms"
 std::string errorText(double share);                // to full, in percent without the sign: "1.8", "< 0.001"

@@ -5,16 +5,18 @@
 // of equal length; one setting serves a whole stretch, so that the picture does not flicker.
 //
 //   1. Effects. In one frame of every four stretches, each knob alone is turned step by step; see
-//      knob_effects.h. Then its neighbours are rendered with one setting. Where errors scatter from frame to
-//      frame, as they do under highlights, measured frames must stay so far below the tolerance that 95 % of
-//      all frames are expected within 1.2 times the tolerance.
+//      knob_effects.h. Then the frames around this one are rendered with one setting. Where errors scatter
+//      from frame to frame, as they do under highlights, measured frames must stay so far below the tolerance
+//      that 95 % of all frames are expected within 1.2 times the tolerance.
 //   2. Search. The model proposes the best setting for the first and the last frame of the stretch. Both
 //      frames are rendered with it, and compared with the same frame at full. The measurement corrects the
 //      model, which then proposes again, until nothing better is proposed. A setting that was measured to
-//      fail is never chosen, nor is one that is at least as fast by every knob.
+//      fail is not proposed again. Nor is, for a tolerance, one that is at least as fast by every knob, and,
+//      for a time, one that is at most as fast by every knob. If nothing meets the time, the setting that the
+//      model takes for fastest is chosen.
 //   3. Check. The middle frame is rendered, too. If the setting fails there, if the error is far from the
-//      mean of both ends, or if settings of their own promise to save more than they cost, each half becomes
-//      a stretch.
+//      mean of both ends, or, for a tolerance, if separate settings for both halves promise to save more work
+//      than choosing them takes, each half becomes a stretch.
 //
 // Errors of the frames that were measured are true; between them the error is interpolated linearly.
 //

@@ -16,9 +16,9 @@ struct SearchLimits {
 
 enum class Objective { cost, error };
 
-// The steps that minimise the objective, which is the largest over the frames, within the limits; nothing if
-// none are. Exact: branch and bound over all combinations that `isExcluded` does not reject. Errors must not
-// be negative. Of equals, the first in lexicographic order.
+// The steps that minimise the largest objective over the frames, within the limits; empty if no steps keep
+// them. Exact: branch and bound over all combinations that `isExcluded` does not reject. Of equally good
+// steps, the first in lexicographic order. Errors must not be negative.
 std::optional<Steps> bestSteps(std::span<const KnobEffects> knobs, std::span<const FrameModel> frames,
                                const SearchLimits& limits, Objective objective,
                                const std::function<bool(const Steps&)>& isExcluded = {});

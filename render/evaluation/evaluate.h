@@ -37,7 +37,7 @@ struct Score {
 struct FrameScore {
   std::string camera, light; // identities
   std::string group;         // known, new_camera, new_light or new_both
-  bool frontLit = true;      // true if light and camera are on the same side of the object's centre
+  bool frontLit = true;      // whether light and camera are on the same side of the object's centre
   double maskIou = 0;
   size_t invalidTexels = 0; // of the photograph: NaN or infinite, in no score
   Score score;

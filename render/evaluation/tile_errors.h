@@ -1,4 +1,4 @@
-// True and predicted errors of a picture, tile by tile: what a prediction of errors is judged by.
+// True and predicted errors of a picture, tile by tile, by which a prediction of errors is judged.
 #pragma once
 
 #include "srf/image/image.h"
@@ -24,12 +24,13 @@ struct TileErrors {
   }
 };
 
-// Errors over brightness, of the tiles that are not black: what a prediction tells beyond "brighter is
-// worse".
+// Errors divided by brightness, for the tiles that are not black. They show what a prediction knows beyond
+// "brighter is worse".
 TileErrors relativeErrors(const TileErrors& tiles);
 
-// By the protocol of measure.h, in linear light: `truth` and `rendered` are linear RGBA, premultiplied;
-// `predicted` is the RMS error of each pixel over its three channels, before the exposure. All have one size.
+// Tile errors by the protocol of measure.h, in linear light: `truth` and `rendered` are linear RGBA,
+// premultiplied; `predicted` is the RMS error of each pixel over its three channels, before the exposure. All
+// have one size.
 TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,
                       double exposure);
 

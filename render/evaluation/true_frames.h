@@ -19,8 +19,8 @@ capture::Capture ofSplit(const capture::Capture& capture, capture::Split split);
 // Indices of the frames of each view.
 std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture);
 
-// Frames that tell what of them is the object: all, unless the capture has no geometry, and masks for some
-// frames alone. Then those with a mask.
+// Frames whose object pixels are known: all frames, unless the capture has no geometry but masks for some of
+// its frames; then the frames with a mask.
 capture::Capture withKnownObject(const capture::Capture& capture);
 
 class TrueFrames {

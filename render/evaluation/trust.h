@@ -1,4 +1,4 @@
-// How much of a picture is to be trusted, by its predicted errors.
+// Share of a picture that can be trusted, by its predicted errors.
 #pragma once
 
 #include "srf/image/image.h"
@@ -11,8 +11,7 @@ namespace surflect::evaluation {
 // the picture's white.
 inline constexpr double kTrustedError = 10 / 255.;
 
-// Numbers of pixels whose alpha is above 1/2, and of those among them that are trusted; of one picture or
-// many.
+// Numbers of pixels with alpha above 1/2 and of trusted pixels among them, in one or more pictures.
 struct Trust {
   size_t pixels = 0, trusted = 0;
 

@@ -21,9 +21,8 @@ struct FrameFiles {
   double exposure = 1;                          // of the preview
 };
 
-// Frames appear in order, each whole, and its preview before its picture: a picture that is there has been
-// written to the disk, and its preview, too. Where the disk is slower than the renderer, up to eight frames
-// share one commit.
+// Frames appear in order, each whole, and its preview before its picture: if a picture exists, both it and
+// its preview are whole. Where the disk is slower than the renderer, up to eight frames share one commit.
 class FilmWriter {
 public:
   enum class Thread { own, callers };
@@ -36,14 +35,15 @@ public:
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  // Takes a frame; waits until the one before is encoded, so that one film is held at most. Throws what
-  // befell an earlier frame, Error or Cancelled; nothing is written after that.
+  // Takes a frame; waits until the frame before is encoded, so that the layers of at most one frame are held.
+  // Throws the Error or Cancelled at which an earlier frame failed; nothing is written after that.
   void write(FrameFiles files, render::FrameLayers film);
 
-  // Waits until all is on disk. Returns the seconds that writing took, of each frame. Throws as write() does.
+  // Waits until all frames are on disk. Returns the seconds that writing took, one number per frame. Throws
+  // as write() does.
   std::vector<double> finish();
 
-  // A film that is no longer needed, for its memory.
+  // Layers of a frame that has been encoded, for reuse of their memory; may be empty.
   render::FrameLayers spare();
 
 private:

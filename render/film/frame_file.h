@@ -18,11 +18,11 @@ std::string frameBytes(const render::FrameLayers& film, const std::map<std::stri
 void writeFrame(const std::filesystem::path& path, const render::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes);
 
-// The picture of a film for the eye, as a PNG: times exposure, sRGB, 8 bits, straight alpha.
+// Preview of a frame as PNG: colour times exposure, sRGB, 8 bits, straight alpha.
 std::string previewBytes(const image::Image& color, double exposure);
 void writePreview(const std::filesystem::path& path, const image::Image& color, double exposure);
 
-// The 99.5th percentile of the object's pixels; 0 where there are none, or nothing shines.
+// The 99.5th percentile of the object's pixels; 0 if there are none, or all are black.
 double whiteOf(const image::Image& color);
 
 } // namespace surflect::film

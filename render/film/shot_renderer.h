@@ -22,7 +22,7 @@ public:
 
   // Renders a frame with the AOVs that the script asks for. Throws Error if a track has no valid value.
   render::FrameLayers render(int frame, double scale);
-  // With these AOVs instead.
+  // Renders a frame with these AOVs instead.
   render::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
 
   // Reuses the memory of a frame that is no longer needed.

@@ -1,4 +1,4 @@
-// Arrays in the driver's memory, which do not change.
+// Immutable arrays in the driver's memory.
 #pragma once
 
 #include "render/gl/handle.h"

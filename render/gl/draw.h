@@ -55,7 +55,8 @@ struct Range {
   size_t first = 0, count = 0;
 };
 
-// Units that a draw sets; every driver has them. Those beyond a pass's textures read as black.
+// Number of texture units that a draw sets, which every driver has. Units beyond a pass's textures read as
+// black.
 inline constexpr size_t kTextureUnits = 16;
 
 // Inputs of a draw other than the mesh.

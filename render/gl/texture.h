@@ -25,7 +25,7 @@ std::vector<std::byte> texelsOf(Format format, const image::Image& picture);
 // Inverse of texelsOf(), exact for every texel.
 image::Image pictureOf(Format format, int width, int height, std::span<const std::byte> texels);
 
-// Level 0 is the largest.
+// First texel of a rectangle in a texture, its layer and its level of detail; level 0 is the largest.
 struct Place {
   int x = 0, y = 0, layer = 0, level = 0;
 };

@@ -21,11 +21,11 @@ using Setting = std::map<std::string, double>;
 // The setting in one line, as it is given on the command line: "cameras=2 lights=1"; "full" if it is empty.
 std::string textOf(const Setting& setting);
 
-// Parses "NAME=V1,V2,..". Throws Error, also for a value that is not finite.
 struct KnobValues {
   std::string name;
   std::vector<double> values; // at least one
 };
+// Parses "NAME=V1,V2,..". Throws Error, also for a value that is not finite.
 KnobValues parseKnobValues(std::string_view text);
 
 // Throws Error unless `knobs` has all the names of a setting.

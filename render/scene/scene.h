@@ -58,7 +58,7 @@ struct Scene {
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const Environment> environments = {});
 
-// Capture and script share one world: what stood there in acquisition stands there in the shot.
+// Same camera or light in object space. Capture and script share one world, so coordinates do not change.
 capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpace>& camera);
 ShotLight inObjectSpace(const capture::Light& light);
 

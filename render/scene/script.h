@@ -80,8 +80,8 @@ struct EnvironmentLightMotion {
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
-// The origin that places in a script count from: as the model's cameras and lights do, or as what it was made
-// from did before import moved the origin (Capture::origin).
+// Origin that positions in a script are relative to: the model's, or that of the source before import moved
+// the origin (Capture::origin).
 enum class Coordinates { model, original };
 
 struct Script {
@@ -108,9 +108,9 @@ struct ScriptHead {
 // and where requireShot would.
 ScriptHead readScriptHead(const std::filesystem::path& path);
 
-// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. Where the
-// script speaks in original coordinates, `origin` is subtracted from its places: Capture::origin of the
-// model's rig. A centre that is left out is 0; unless `origin` is 0, it is an Error there.
+// Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. `origin` is
+// Capture::origin of the model's rig; it is subtracted from the positions of a script in original
+// coordinates. A missing centre is 0, or an Error in such a script unless `origin` is 0.
 Script readScript(const std::filesystem::path& path, const Vec3<double>& origin = Vec3<double>::Zero());
 Script parseScript(std::string_view text, const std::filesystem::path& path,
                    const Vec3<double>& origin = Vec3<double>::Zero());

@@ -15,7 +15,7 @@ namespace surflect::scene {
 
 // A value in a script. It lives as long as its ScriptDocument.
 struct Entry {
-  const void* node;                    // a toml::node, which script_fields.cpp alone knows
+  const void* node;                    // a toml::node; only script_fields.cpp knows that type
   std::string field;                   // "warp[1].axis"
   const std::filesystem::path* folder; // the script's own, from which its paths start
   const Vec3<double>* origin;          // subtracted from places
@@ -31,8 +31,9 @@ public:
   // Subtracts `origin` from all places read from now on; entries taken earlier stay valid.
   void countFrom(const Vec3<double>& origin);
 
-  // Puts what the table [group.name] holds over what the root has: tables into tables of their name, all else
-  // instead. Entries of before are void. Throws Error where there is no such table.
+  // Overrides the root with the table [group.name]: its tables are merged into the root's tables of the same
+  // name, its other values replace the root's. Entries taken earlier become invalid. Throws Error if there is
+  // no such table.
   void prefer(std::string_view group, std::string_view name);
 
 private:
@@ -74,7 +75,7 @@ warp::Track3 asTrack3(const Entry& entry);
 warp::Track3 asPlace(const Entry& entry);
 warp::Track trackOr(const Section& section, std::string_view key, double otherwise);
 warp::Track3 trackOr(const Section& section, std::string_view key, const warp::Track3& otherwise);
-// A place that is 0 where it is left out, which it may be only where the origin is 0, too.
+// Coordinates of a place, 0 if the key is missing. Throws Error for a missing key unless the origin is 0.
 warp::Track3 placeOrOrigin(const Section& section, std::string_view key);
 
 // Returns make(); an Error that it throws gets the entry's field.
@@ -101,7 +102,7 @@ template <class Names> std::string listed(const Names& names) {
   return list;
 }
 
-// A choice by `type`: what each one is called, which other keys it has, how it is read.
+// One choice of `type`: its name, its other keys, and how it is read.
 template <class Value> struct Kind {
   std::string_view type;
   Keys keys;

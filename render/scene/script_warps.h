@@ -9,7 +9,7 @@
 
 namespace surflect::scene {
 
-// In the order written; none when there is no entry. Throws Error at the field.
+// Warps in the order of their tables; empty without an entry. Throws Error at the field.
 std::vector<warp::WarpMotion> asWarps(const std::optional<Entry>& entry);
 
 } // namespace surflect::scene

@@ -44,10 +44,10 @@ struct SplatOptions {
   // sqrt 2. At 0.44 the area of a tiny splat depends least on its position within a pixel: by 2 %, compared
   // with 8 % at 0.4.
   double lowPass = 0.44;
-  // False: the nearest layer of a pixel grows from the nearest end of any depth interval. A growth adds the
-  // splats nearer than the first one that begins behind the layer. If these fill the pixel, or are all there
-  // are, within kLayerGrowths, the pixel shows no others, even if its layer reaches further back. Only the
-  // remaining pixels are searched for layers.
+  // False: the nearest layer of a pixel grows at most kLayerGrowths times, starting at the nearest end of any
+  // depth interval. A growth adds all splats in front of the first splat that begins behind the layer. Once
+  // the added splats fill the pixel, or no splat is left, the pixel shows only these, even if its layer
+  // reaches further back. Other pixels are searched for layers.
   bool searchLayers = true;
   // True: pixels also keep the layers behind those that fill them, with alpha 0, for composites of a
   // translucent object.

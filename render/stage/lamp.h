@@ -13,7 +13,7 @@
 
 namespace surflect::stage {
 
-// A light as seen by a path; discs have an extent, others have none.
+// A light as seen by a path. Discs have an extent; point and other directional lights have none.
 class Lamp {
 public:
   using Vector = Vec3<double>;

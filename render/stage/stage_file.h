@@ -27,8 +27,9 @@ struct Stage {
   std::shared_ptr<const MaterialTables> tables; // keeps the tables of `objects` alive
 };
 
-// Reads a stage file. If `scale` is not "", keys in the table [scale.NAME] of that name override those of the
-// rest of the file. Throw Error with file, field and line; for an unknown key, with the nearest known one.
+// Reads a stage file. If `scale` is not "", the keys of the table [scale.NAME] with this name override those
+// of the rest of the file. Throw Error with file, field and line; for an unknown key, with the nearest known
+// one.
 Stage readStage(const std::filesystem::path& path, std::string_view scale = "");
 Stage parseStage(std::string_view text, const std::filesystem::path& path, std::string_view scale = "");
 

@@ -16,15 +16,15 @@ public:
   CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
               const Progress& progress = {});
 
-  // Fills batch.reached, with 0 or terminatorFade, for queries at these surfels of a deformed cloud. Lights
-  // of an environment are not asked.
+  // Fills batch.reached, with 0 or terminatorFade, for queries at these surfels of a deformed cloud.
+  // Environments have no entries.
   void fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
             shading::QueryBatch& batch) const;
 
 private:
   struct Light {
     bool isDistant;
-    Vec3<double> place; // or unit direction
+    Vec3<double> place; // position, or unit direction towards a distant light
   };
   std::vector<Light> lights_;
   double clearance_;

@@ -27,14 +27,14 @@ struct CutLevels {
 };
 CutLevels cutLevels(const SurfelCloud& cloud, const LevelsOfDetail& detail, const Progress& progress = {});
 
-// Level of detail at which neighbouring surfels are `wanted` pixels apart, of surfels that are `size` pixels
-// apart at level 0: 2 log2(wanted / size), as a level has half the surfels of the one before; at least 0.
+// Level of detail at which neighbouring surfels are `wanted` pixels apart, if they are `size` pixels apart at
+// level 0: 2 log2(wanted / size), as a level has half the surfels of the one before; at least 0.
 double levelFor(double size, double wanted);
 
 // Distance in pixels of surfels that are 1 apart at rest, around a warped surfel: root of the product of the
 // largest and the smallest stretch from rest to screen. The smallest counts as no less than kLeastTilt of the
-// largest, as outlines need surfels, too. 0 where the surfel is dead or not in front of the viewer: it then
-// is drawn at level 0.
+// largest, as outlines need surfels, too. 0 if the surfel is dead or not in front of the viewer; its patch is
+// then drawn at level 0.
 inline constexpr double kLeastTilt = 0.25;
 double pixelsPerLength(const capture::Camera<ObjectSpace>& camera, const DeformedCloud& deformed,
                        size_t surfel);
@@ -55,8 +55,9 @@ struct Cut {
 };
 
 // Surfels of a frame at `surfelSize` > 0 pixels from each other. Each patch has one level, that of its
-// middle, with the splats of splatAt. Levels change continuously with warp and camera, hence also the splats,
-// up to the cut that leaves out a tenth of the cloud; smaller ones are not made. `kept` donates its memory.
+// middle, with the splats of splatAt. Levels, and with them the splats, change continuously with warp and
+// camera. There is one exception: a cut that would leave out less than a tenth of the cloud is not made
+// (kLargestCut). `kept` donates its memory.
 Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& warp,
            const capture::Camera<ObjectSpace>& camera, double surfelSize, const Progress& progress = {},
            Cut kept = {});

@@ -9,14 +9,13 @@
 
 namespace surflect::surfels {
 
-// Image in RGBA, premultiplied, from the radiance of each entry of raster.visible, weighted by confidence if
-// `shaded` has it, and with its alpha if it has that; nothing is seen through a layer. `memory` is used
-// again.
+// RGBA picture, premultiplied, from radiance, confidence and alpha of each entry of raster.visible; `shaded`
+// may lack the last two. Layers hide what is behind them. `memory` is reused.
 image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded,
                              image::Image memory = {});
 
-// The same picture of a translucent object, whose layers are composited (translucent_layers.h). towardsView:
-// of each visible surfel, in which its photographs were looked up.
+// RGBA picture, premultiplied, of a translucent object, whose layers are composited (translucent_layers.h).
+// towardsView: for each visible surfel, the direction to the viewer in which its photographs were looked up.
 image::Image developLayers(const splat::SplatRaster& raster, const SurfelCloud& cloud,
                            std::span<const Direction3<AcquisitionSpace>> towardsView,
                            const shading::Shaded& shaded, image::Image memory = {});

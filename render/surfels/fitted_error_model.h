@@ -5,7 +5,7 @@
 
 namespace surflect::surfels {
 
-// Set by `scripts/confidence fit`; docs/stability.md says how it does on other objects.
+// Set by `scripts/confidence fit`; docs/stability.md says how well it predicts the errors of other objects.
 inline constexpr ErrorModel kFittedErrorModel{.disagreement = 0.19, .structure = 0.32, .gap = 0.27};
 
 } // namespace surflect::surfels

@@ -8,8 +8,8 @@
 
 namespace surflect::surfels {
 
-// Nanoseconds of one typical core by stage: rough, but the same on every machine, for any number of threads
-// and any cache. For choosing between settings.
+// Work by stage, in nanoseconds of one typical core: rough, but the same on every machine, for any number of
+// threads and any cache. It serves to choose between settings.
 std::map<std::string, double> workOf(const FrameStats& stats, const FrameOptions& options, size_t pixels);
 
 } // namespace surflect::surfels

@@ -13,13 +13,13 @@
 
 namespace surflect::surfels {
 
-// Queries for the patches of which a surfel is visible. Surfels are those of the drawn cloud.
+// Queries for the patches that have a visible surfel. Indices of surfels are those of the drawn cloud.
 struct PatchQueries {
   std::vector<uint32_t> surfels;    // one per query: the patch's middle, or a visible surfel if that is dead
   std::vector<uint32_t> firstPlace; // of each query in the list of visible surfels, then its length
 };
 
-// visible: ascending, of the drawn cloud, as the patches are.
+// visible: surfels of the drawn cloud, ascending. patches: of the drawn cloud.
 PatchQueries patchQueries(const Patches& patches, std::span<const uint32_t> visible,
                           const DeformedCloud& deformed);
 
@@ -27,7 +27,8 @@ PatchQueries patchQueries(const Patches& patches, std::span<const uint32_t> visi
 void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, size_t begin, size_t end,
                shading::QueryBatch& batch);
 
-// The pieces of patches that a cut has left; their middle is the middle surfel of the run.
+// Patches of a cut: what the cut has left of each patch of the whole cloud. The middle of a patch is the
+// middle surfel of its run.
 Patches patchesIn(const Cut& cut, const Patches& whole);
 
 } // namespace surflect::surfels

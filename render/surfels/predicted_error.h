@@ -1,4 +1,4 @@
-// Predicted error of a picture: how far each pixel may be from what a camera would see, told from the
+// Predicted error of a picture: how far each pixel may be from what a camera would see, estimated from the
 // picture and its photographs alone.
 //
 //   e^2 = a |c - c_n|^2 + b V(c) + g p |c|^2

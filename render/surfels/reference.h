@@ -52,7 +52,7 @@ struct ReferenceFrame {
 
 // Splats are those of the fast splatter, so that two frames differ by their shading alone. The model is a
 // full product of cameras and lights, without foreshortening; lights are directional or point lights without
-// a gradient; the warp does not mirror. The errors that the options allow are not made. Throws Error for
+// a gradient; the warp does not mirror. Approximations that the options allow are not used. Throws Error for
 // other models and lights.
 ReferenceFrame referenceFrame(const model::Model& model, const warp::Warp& warp,
                               const capture::Camera<ObjectSpace>& camera,

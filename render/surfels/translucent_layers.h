@@ -1,16 +1,16 @@
 // Composite of the layers of a translucent object in each pixel, front to back.
 //
 // The alpha of a photograph is that of a whole ray: of the layer that the ray meets first, and of all behind
-// it. At rest the first layer is therefore all that a pixel shows. Once the object is bent, layers lie behind
-// others that were elsewhere at rest. They are added by `over`, as far as they are new:
+// it. At rest the first layer is therefore all that a pixel shows. Once the object is bent, layers may lie
+// behind others that were elsewhere at rest. Such layers are added by `over`, in proportion to their novelty:
 //
 //   A_k = A_(k-1) + c_k a_k + h_k n_k a_k (1 - A_(k-1) / C_(k-1)),     colours likewise
 //   n_k = 1 - min(1, sum over layers j < k of s_j (1 - n_kj))
 //
 // Symbols: s_k area that layer k covers, as part of the pixel; c_k the part of it that earlier layers leave
 // open, h_k = s_k - c_k; C_k = c_1 + .. + c_k; a_k blended alpha of the layer; A_k alpha of the composite;
-// n_kj how much of layer k the photographs of layer j do not show. Many thin layers of the same total depth
-// t cover 1 - exp(-t).
+// n_k novelty of layer k; n_kj how much of layer k the photographs of layer j do not show. Many thin layers
+// of the same total depth t cover 1 - exp(-t).
 #pragma once
 
 #include "render/splat/splat_raster.h"
@@ -22,8 +22,9 @@
 namespace surflect::surfels {
 
 // n_kj: 0 if the layer behind lies on the ray from the captured place of the front layer away from the
-// viewer, and 1 if it lies more than 30 degrees aside. Within the clearance around the front layer, both are
-// of one sheet. towardsView is the unit direction in which photographs were looked up.
+// viewer, and 1 if it lies more than 30 degrees aside. The clearance lowers n_kj for layers that are close
+// together, as they belong to one sheet. towardsView is the unit direction in which photographs were looked
+// up.
 float novelty(const Vec3<float>& front, const Vec3<float>& towardsView, const Vec3<float>& behind,
               float clearance);
 

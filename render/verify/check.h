@@ -18,11 +18,11 @@ namespace surflect::verify {
 // Rule of a check.
 struct Rule {
   std::string_view name; // key in reports and of --bound
-  bool isOfFrame;        // of a frame of a script, or of the model
+  bool isOfFrame;        // true: of a frame of a script; false: of the model
   std::string_view claim;
   std::string_view unit;       // of the figure; may be empty
   std::optional<double> bound; // default; none: the figure is stated, not judged
-  bool isLeast;                // whether the bound is the least figure, or the largest
+  bool isLeast;                // true: the bound is the least allowed figure; false: the largest
   std::string_view advice;     // where the bound is broken
 };
 std::span<const Rule> rules();
@@ -35,7 +35,7 @@ void requireBounds(const Bounds& bounds);
 enum class Verdict { kept, broken, stated, inapplicable };
 std::string_view nameOf(Verdict verdict);
 
-// Surfel at which a check is worst, or one of those that break it.
+// Surfel with the worst figure of a check, or one of the surfels that break the check.
 struct FlaggedPlace {
   uint32_t surfel = 0;
   Vec3<double> rest = {0, 0, 0};            // place at rest, in the model's coordinates

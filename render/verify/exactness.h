@@ -1,4 +1,4 @@
-// Certificate of exactness: how well a model's own photographs come back at their own cameras and lights.
+// Certificate of exactness: how well a model reproduces its own photographs at their cameras and lights.
 #pragma once
 
 #include "render/renderer.h"
@@ -24,7 +24,7 @@ struct ExactPicture {
 struct Exactness {
   std::vector<Check> checks;
   std::vector<ExactPicture> pictures;
-  bool isOfCapture = false; // photographs of the capture, or those that the model stores
+  bool isOfCapture = false; // whether photographs are the capture's, not the model's stored ones
 };
 
 // Renders up to `count` photographs, spread over cameras and lights, and compares them with the photographs

@@ -1,4 +1,4 @@
-// Checks of one frame: its warp, the photographs that answer, its directions, weights and pixels.
+// Checks of one frame: its warp, the photographs that are blended, its directions, weights and pixels.
 #pragma once
 
 #include "render/surfels/frame.h"

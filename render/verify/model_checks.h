@@ -15,8 +15,8 @@ namespace surflect::verify {
 std::vector<Check> modelChecks(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
                                const Progress& progress = {});
 
-// Largest angle at which a source still counts as near: the spacing of these directions, but 10 to 45
-// degrees. Radians.
+// Largest angle, in radians, at which a source still counts as near: the spacing of these directions, clamped
+// to 10..45 degrees.
 double nearAngle(std::span<const Direction3<AcquisitionSpace, double>> directions);
 
 // Unit directions from the middle of a model to its cameras.
@@ -25,8 +25,8 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
 // Angle of two unit directions, radians.
 double angleBetween(const Vec3<double>& a, const Vec3<double>& b);
 
-// Sum of the weights that a plan gives to the operations of each target, and its largest distance from 1.
-// Targets of environments are left out where pairs are weighted, as their light may fade.
+// Largest distance from 1 of `sums`, for each target of a plan the sum of its operations' weights. Targets of
+// environments are left out where pairs are weighted, as their light may fade.
 double weightError(const shading::QueryBatch& batch, const std::vector<double>& sums, size_t targetsPerPlace);
 
 // A place at rest.

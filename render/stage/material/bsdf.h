@@ -1,11 +1,11 @@
-// Interface of a material kind: a view from wo, which precomputes everything that does not depend on wi and
-// is then evaluated for many wi.
+// Interface of a material kind: its BSDF seen from wo, which precomputes everything that does not depend on
+// wi and is then evaluated for many wi.
 //
-// Each kind M names its M::View, made from (const M&, wo), with
+// Each kind M names its M::Bsdf, made from (const M&, wo), with
 //   Rgb evaluate(view, wi)       f |wi . n|, per steradian, without specular lobes
 //   double pdf(view, wi)         density of sample(), per steradian of wi, without specular lobes
 //   std::optional<ScatterSample> sample(view, u)
-// material.h states their laws. A view is a value: it needs the shared tables, but not the material.
+// material.h states their laws. A Bsdf is a value: it needs the shared tables, but not the material.
 #pragma once
 
 #include "render/stage/material/shading.h"

@@ -20,7 +20,7 @@ using FacetAlbedo =
 // Mean of the albedo over the facets visible from wo, by a fixed rule of 40 x 40 facets; to about 0.001.
 double averageOverFacets(const ShadingDirection& wo, const Roughness& alpha, const FacetAlbedo& albedo);
 
-// A EnergyCompensation at one roughness.
+// EnergyCompensation at one roughness.
 class LossesAtRoughness {
 public:
   double meanLoss = 0; // see EnergyCompensation
