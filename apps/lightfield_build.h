@@ -19,8 +19,8 @@ struct BuildArguments {
   CaptureArgument views;
   std::string mesh, output;
 
-  // Reads the views, and refuses an output folder that cannot be a light field's; and lenses that are not
-  // plain pinholes, if asked to.
+  // Reads the views. Throws Error for an output folder that may not be a light field's and, with
+  // `plainPinholes`, for lenses that are not undistorted pinholes.
   lightfield::Views read(const Progress& progress, bool plainPinholes = false) const;
 };
 
@@ -40,7 +40,7 @@ std::string mebibytes(uint64_t bytes);
 
 // Bytes of the training views' pictures.
 uint64_t pictureBytes(const lightfield::Views& views);
-// `whole` / `part`; 0 if `part` is.
+// `whole` / `part`; 0 if `part` is 0.
 double ratioOf(uint64_t whole, size_t part);
 // Bytes of light field maps, for --json.
 Json mapBytesJson(const lfm::MapBytes& bytes);

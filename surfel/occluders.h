@@ -31,11 +31,11 @@ template <class T> T longerAxis(const Vec3<T>& u, const Vec3<T>& v) {
   return std::sqrt((uu + vv) / 2 + std::hypot((uu - vv) / 2, uv));
 }
 
-// At rest.
+// Caster of the occluders at rest.
 DiscCaster<AcquisitionSpace> casterOf(const Occluders& occluders, const SurfelCloud& cloud,
                                       const Progress& progress = {});
-// After a warp: `deformed` has one entry for each occluder. Discs are as wide as their splats' longer axis;
-// dead surfels cast no shadow.
+// Caster of the occluders after a warp; `deformed` has one entry for each occluder. Discs are as wide as
+// their splats' longer axis; dead surfels cast no shadow.
 DiscCaster<ObjectSpace> casterOf(const Occluders& occluders, const DeformedCloud& deformed,
                                  const Progress& progress = {});
 

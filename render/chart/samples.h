@@ -18,7 +18,8 @@ struct Sample {
   std::string name;   // "camera C07, light L12"
 };
 
-// At most `count` of the capture's test frames, spread over cameras and lights, under the exposure of all.
+// At most `count` of the capture's test frames, spread over cameras and lights, under the exposure of all
+// test frames.
 class Samples {
 public:
   // Throws Error and Cancelled as TrueFrames; `rig` must outlive the object.

@@ -19,7 +19,7 @@ struct EvaluateOptions {
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
   // frame's own camera; see lambert_view.h.
   bool lambert = false;
-  // Whether to compare the renderer's AOV confidence with the true errors; it must have one.
+  // Whether to compare the renderer's AOV confidence, which it must have, with the true errors.
   bool confidence = false;
 };
 

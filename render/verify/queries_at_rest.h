@@ -12,11 +12,12 @@ namespace surflect::verify {
 
 inline constexpr size_t kTriedSurfels = 4000; // at most, evenly spread
 
-// From random directions that face the surfels, under one random light, or none under fixed illumination.
+// Queries from random directions that face the surfels, under one random light, or none under fixed
+// illumination.
 shading::QueryBatch randomQueries(const model::Model& model);
 
-// From the camera that sees each surfel best, under one of its captured lights. Surfels that no camera sees
-// well are left out.
+// Queries from the camera that sees each surfel best, under one of its captured lights. Surfels that no
+// camera sees well are left out.
 struct MetQueries {
   shading::QueryBatch batch;
   std::vector<uint32_t> view, column; // one per query: the camera, and the light as a column of its file

@@ -96,7 +96,7 @@ private:
   bool isPlain_ = false;
 };
 
-// Where rays meet: a point, or a direction for an orthographic camera and a distant light.
+// Point where rays meet, or their common direction for an orthographic camera or a distant light.
 template <class World> class Viewpoint {
 public:
   explicit Viewpoint(const Camera<World>& camera)

@@ -10,7 +10,7 @@
 
 namespace surflect::capture {
 
-// All rotations of one file.
+// Orthonormalises the rotations of one file, and counts its changes.
 class RoundedRotations {
 public:
   // Nearest rotation to a finite matrix whose entries were rounded to three decimals or more. Throws Error

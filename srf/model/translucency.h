@@ -1,4 +1,4 @@
-// Whether alpha shows a translucent object, or only the edges of an opaque one.
+// Tells whether alpha shows a translucent object, or only the edges of an opaque one.
 #pragma once
 
 #include "srf/image/image.h"

@@ -27,7 +27,8 @@ public:
   std::optional<Hit> firstHit(const Point3<Space, double>& origin,
                               const Direction3<Space, double>& direction) const;
 
-  // Is anything in the way from `origin`, leaving out the first `offset` of the unit direction?
+  // Returns whether the mesh blocks the ray from `origin` along a unit direction, between `offset` and
+  // `distance`.
   bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
                 double offset, double distance) const;
 
@@ -55,7 +56,8 @@ public:
   DiscCaster(DiscCaster&&) noexcept;
   DiscCaster& operator=(DiscCaster&&) noexcept;
 
-  // Is a disc in the way from `origin` along a unit direction, between `offset` and `distance`?
+  // Returns whether a disc blocks the ray from `origin` along a unit direction, between `offset` and
+  // `distance`.
   bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
                 double offset, double distance) const;
 

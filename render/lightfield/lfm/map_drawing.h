@@ -40,12 +40,12 @@ public:
 
   // Depths of the mesh in a camera's pictures.
   gl::DepthRange depthRange(const capture::Camera<AcquisitionSpace>& camera) const;
-  // Camera of position.glsl. Throws Error for a lens that is not a pinhole or distorts.
+  // Sets the camera of position.glsl. Throws Error for a lens that is not a pinhole or distorts.
   void setPosition(gl::Program& program, const capture::Camera<AcquisitionSpace>& camera,
                    const gl::DepthRange& range) const;
-  // Viewer of maps.vert.
+  // Sets the viewer of maps.vert.
   void setViewer(gl::Program& program, const capture::Camera<AcquisitionSpace>& camera) const;
-  // All of maps.glsl that is the same for each frame.
+  // Sets the uniforms of maps.glsl that are the same for each frame.
   void setMaps(gl::Program& program) const;
   static void setTerms(gl::Program& program, const TermRange& range);
 

@@ -38,8 +38,8 @@ public:
     int samples = 1; // along each side of a pixel: colour is their mean, depth that of the nearest one
     bool depth = false;
   };
-  // Pixels, or samples, show what is at their centres. Adds seconds by stage. Throws Error for a camera that
-  // is not a pinhole or distorts.
+  // Pixels, or samples, show what is at their centres. Adds the time of each stage to `seconds`. Throws Error
+  // for a camera that is not a pinhole or distorts.
   Picture render(const capture::Camera<AcquisitionSpace>& camera, const Options& options,
                  std::map<std::string, double>& seconds);
 

@@ -15,8 +15,8 @@ namespace surflect::slf {
 using SquareCorners = std::array<size_t, 4>;
 
 struct SquareShape {
-  // How far the middles of the sides stand out beyond the corners; they touch 0 and 1. At 1/6 the sides would
-  // meet without a corner.
+  // Distance by which the middles of the sides stand out beyond the corners; the middles touch 0 and 1. At
+  // 1/6 the sides would meet without a corner.
   double bulge = 0.02;
   double evenness = 0; // 0 spaces vertices along a side by their distances, 1 evenly
 };

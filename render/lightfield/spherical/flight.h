@@ -10,7 +10,7 @@
 
 namespace surflect::spherical {
 
-// Where a flight draws, and its clock.
+// Target of a flight's frames, and its clock.
 struct Canvas {
   std::function<void(const Look&)> begin;
   DrawTriangles draw;

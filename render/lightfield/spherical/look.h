@@ -1,4 +1,4 @@
-// How a spherical light field is looked at.
+// Options of a picture of a spherical light field.
 #pragma once
 
 namespace surflect::spherical {

@@ -1,4 +1,4 @@
-// Where a ray of a viewer meets the image of a pencil: on the image plane, or on the heights above it.
+// Point where a viewer's ray meets the image of a pencil: on the image plane, or on the heights above it.
 //
 // [Domingo 2007, §3.1] casts rays to the plane alone; depth is left there as future work.
 // Symbols, in the coordinates of an image (pencil_image.h): e viewer, w vector of the ray, x(h) place where
