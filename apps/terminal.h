@@ -15,7 +15,7 @@ void watchSignals();
 // interruption.
 Progress terminalProgress();
 
-// Prints a permanent line for people; nothing when `quiet`.
+// Prints a permanent line for people, on stderr.
 void say(std::string_view line);
 
 } // namespace surflect

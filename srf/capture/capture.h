@@ -39,7 +39,7 @@ enum class Split { train, test };
 
 // A camera pose. Views may share an identity: a gantry that returns to a position does so with a small error.
 struct View {
-  std::string identity; // "camera" in the file; default the path of the view's first picture
+  std::string identity; // "camera" in the file; default: path of the view's first picture, no extension
   Camera<AcquisitionSpace> camera;
 };
 

@@ -41,8 +41,9 @@ struct ImportReport {
   std::vector<std::string> notes; // how the source was understood, and what was estimated
 };
 
-// Detects the format: transforms.json, then a COLMAP model, then *_par.txt, then a light file. Throws Error
-// that lists these if none is found.
+// Format that the options state, or else the first found of: a light file that the options name,
+// transforms.json or transforms_train.json, a COLMAP model, *_par.txt, a light file. Throws Error that lists
+// these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
 // Reads a source, copies its pictures unchanged into images/ and masks/ of the output, estimates unknown

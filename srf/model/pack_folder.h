@@ -25,7 +25,7 @@ bool isUnfinished(const std::filesystem::path& folder);
 void protectFinished(const std::filesystem::path& folder, const std::string& identity);
 
 // Creates or takes over a folder for pack, and removes temporary files of a killed run. Throws Error unless
-// the folder is new or was begun or made by pack, since a capture has files of the same names.
+// the folder is new, empty, or was begun or made by pack, since a capture has files of the same names.
 void claimPackFolder(const std::filesystem::path& folder);
 
 // Writes the alpha file of a view. To be called before writeView, which marks the view as finished.
