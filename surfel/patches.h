@@ -18,9 +18,9 @@ struct Patches {
 };
 
 // Cuts a cloud that is sorted along a space-filling curve into runs of at most `most` > 0 surfels. A run also
-// ends before a surfel too far from the run's first one: farther than a disc of `most` surfels is wide, or
-// than 1/50 of the diagonal of the cloud's box; and before a surfel whose normal differs by more than 45
-// degrees. Cost: O(surfels).
+// ends before a surfel that is too far from the run's first surfel, or whose normal differs from that
+// surfel's by more than 45 degrees. Too far is beyond the width of a disc of `most` surfels, or 1/50 of the
+// diagonal of the cloud's box. Cost: O(surfels).
 Patches patchesOf(const SurfelCloud& cloud, size_t most);
 
 } // namespace surflect

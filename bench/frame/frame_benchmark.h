@@ -47,9 +47,9 @@ struct FrameBenchmark {
   std::vector<surfels::FrameStats> stats = {};
 };
 
-// Frames with `lights` lights and all views, with one quantity changed: a quarter and half of the views; four
-// times the pixels; 1 and 60 lights, and an environment; and, with a quarter of the views, 1, 2 and 4 times
-// the surfels.
+// Frames with `lights` lights and all views, each with one quantity changed: a quarter and half of the views;
+// four times the pixels; 1 and 60 lights, and an environment. Surfels are 1, 2 and 4 times as many, with a
+// quarter of the views.
 std::vector<FrameBenchmark> growthBenchmarks(std::shared_ptr<const model::Model> model, int width, int height,
                                              size_t lights);
 

@@ -18,9 +18,9 @@ void markFront(std::span<Point> points);
 // 1 % of full.
 void markChosen(std::span<Point> points);
 
-// Index of the knee of a model's points: of those to which no other is both faster and closer to full, the
-// one farthest below the line between the fastest and the closest, over the logarithm of time and the error,
-// both scaled to equal ranges. The model has at least one point.
+// Index of the knee of a model's points. Candidates are the points to which no other is both faster and
+// closer to full. The knee is the candidate farthest below the line from the fastest to the closest one, in a
+// plot of error over the logarithm of time with equal ranges. The model has at least one point.
 size_t kneeOf(std::span<const Point> points, const std::filesystem::path& model);
 
 } // namespace surflect::chart

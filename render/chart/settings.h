@@ -24,9 +24,10 @@ struct Cost {
   double work = 0;  // of a frame, in any unit
   double error = 0; // against the most accurate setting
 };
-// Greedy descent from the most accurate setting: moves one knob to its next value, the one that saves most
-// work for the error that it adds, until no step saves 2 % of the work or `most` steps are taken. Returns the
-// settings that it passes, without the first. `cost` is called once for each setting that is compared.
+// Greedy descent from the most accurate setting. Each step moves one knob to its next value: the knob that
+// saves most work for the error that it adds. Ends when no step saves 2 % of the work, or after `most` steps.
+// Returns the settings that it passes, without the first. `cost` is called once for each setting that is
+// compared.
 std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
                                     const std::function<Cost(const knobs::Setting&)>& cost);
 

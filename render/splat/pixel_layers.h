@@ -9,7 +9,7 @@ namespace surflect::splat {
 
 // A splat at a pixel. Colour is weighted by peak exp(-q), which is narrower by sqrt 2 than the splat's
 // Gaussian exp(-q/2) and therefore blurs less. Its sum over splats is not 1, but weights are divided by their
-// sum. Covered area is spread by a kernel that has the mass of the splat's Gaussian but is wider: its sum
+// sum. Covered area is spread by a kernel that has the mass of the splat's Gaussian but is wider. Its sum
 // over splats hardly ripples, even if the cloud lacks a surfel, and the area of a tiny splat is right at any
 // position within a pixel.
 struct Fragment {

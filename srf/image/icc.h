@@ -13,12 +13,12 @@ namespace surflect::image {
 // Thread-safe.
 class IccTransform {
 public:
-  // Throws Error if the profile is damaged or has another number of colour channels (1 gray, 3 RGB).
+  // Throws Error if the profile is damaged or has another number of colour channels (1 grey, 3 RGB).
   IccTransform(std::string_view profile, int channels);
 
   const std::string& name() const { return name_; } // "Display P3"; printable ASCII
   int channels() const { return channels_; }
-  // Converts `pixels` pixels of stored values in 0..1 to RGB; gray becomes RGB too.
+  // Converts `pixels` pixels of stored values in 0..1 to RGB; grey becomes RGB too.
   void toRec709(const float* stored, float* rgb, size_t pixels) const;
 
 private:

@@ -17,7 +17,7 @@ PictureFormat formatOf(const std::filesystem::path& path);
 bool isPictureName(const std::filesystem::path& path);
 
 struct Picture {
-  Image image;  // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA
+  Image image;  // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA
   int bits = 0; // bits of an integer sample, whose values are in 0..1; 0: floating point
   bool alphaPremultiplied =
       false; // colours are multiplied by alpha, as in EXR; otherwise straight, as in PNG

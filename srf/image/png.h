@@ -14,7 +14,7 @@
 namespace surflect::image {
 
 struct PngPicture {
-  Image image;      // 1 gray, 2 gray and alpha, 3 RGB, 4 RGBA; colours are not multiplied by alpha
+  Image image;      // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA; colours are not multiplied by alpha
   int bitDepth = 8; // 8 or 16; fewer bits and palettes are widened to 8
   std::optional<ColorStatement> color;
 };

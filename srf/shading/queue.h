@@ -5,7 +5,7 @@
 //   radiance[target] = sum over its operations of
 //     weight * sum over bilinear taps of tap * sum_k (sum_l w_l a_kl) e_k(texel),   per channel, where
 //
-//   w_l = sum over the lights of its row of color * weight of the captured light l.
+//   w_l = sum over the lights of its row of colour * weight of the captured light l.
 //
 // Background: taps in blocks that are not stored are dropped, and the others renormalised. An operation
 // without taps is lost; the target's other operations are scaled by (sum of all weights) / (sum of weights

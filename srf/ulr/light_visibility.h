@@ -15,9 +15,9 @@ std::vector<capture::Viewpoint<AcquisitionSpace>> viewpointsOf(std::span<const c
 // that does not: 0 for cosines of light and normal below 0, 1 above 0.1.
 inline double terminatorFade(double cosine) { return smoothStep(0, 0.1, cosine); }
 
-// Part of the element around each surfel that each light reaches, 0..1 as in VisibilityWeights with a column
-// for each light: 1 in light, 0 in a cast or attached shadow, in between within visibilityRadius of the
-// shadow's edge. Throws Cancelled.
+// Part of the element around each surfel that each light reaches, 0..1: 1 in light, 0 in a cast or attached
+// shadow, in between within visibilityRadius of the shadow's edge. Encoded as in VisibilityWeights, with a
+// column for each light. Throws Cancelled.
 VisibilityWeights lightVisibility(const SurfelCloud& cloud, const Occluders& occluders,
                                   std::span<const capture::Light> lights, const Progress& progress = {});
 

@@ -37,10 +37,10 @@ struct CheckEffort {
 // Effort of `pack`: some dozens of photographs for any capture.
 inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 
-// Poses, without a mesh. Finds: most cameras look away from the point where their axes meet, as with wrong
-// axes or matrix conventions; cameras thirty times farther away than most, for three or more views whose axes
-// meet; all cameras at one place; a scene so far from 0 that float positions are off by more than a tenth of
-// a pixel.
+// Poses, without a mesh. Findings: most cameras look away from the point where their axes meet, as with wrong
+// axes or matrix conventions; a camera is thirty times farther away than most (for three or more views whose
+// axes meet); all cameras are at one place; the scene is so far from 0 that float positions are off by more
+// than a tenth of a pixel.
 std::vector<Finding> checkPoses(const capture::Capture& capture);
 
 // Masks without object, inverted masks, and views without a mask beside views with one: the warnings of

@@ -12,7 +12,7 @@ enum class ProfileCurve { srgb, linear };
 // Profile of a matrix and three equal curves; called "made by a test".
 std::string profileBytes(const image::Primaries& primaries, ProfileCurve kind);
 std::string grayProfileBytes(double gamma);
-// Profile of a table, not a matrix: RGB is a gray of the CIE lightness 100 min(R, G, B).
+// Profile of a table, not a matrix: RGB is a grey of the CIE lightness 100 min(R, G, B).
 std::string tableProfileBytes();
 
 // The file with one chunk more, right after its header.

@@ -16,8 +16,8 @@
 
 namespace surflect::slf {
 
-// Row c of the inverse of the matrix whose columns are a triangle's corners: its product with a direction is
-// the hat function of corner c there, up to the factor by which the direction misses the flat triangle.
+// Rows of the inverse of the matrix whose columns are a triangle's corners. The product of row c with a
+// direction is the hat function of corner c there, up to a factor that the three rows share.
 Mat3<double> hatRows(const DirectionMesh& mesh, size_t triangle);
 
 class FieldBuffers {

@@ -1,7 +1,8 @@
 // Surface light field by rays, in double precision: what the OpenGL renderer is measured against.
 //
-// [Azuma 1999, §2.2]: the colour of a pixel is the sum over i of B_i(r) F_i(s), where the pixel's ray meets
-// the front of the surface at p; r is the direction from p to the viewer, s the texture coordinates of p.
+// [Azuma 1999, §2.2]: the colour of a pixel is the sum over i of B_i(r) F_i(s). Symbols: p the point where
+// the pixel's ray meets the front of the surface, r the direction from p to the viewer, s the texture
+// coordinates of p.
 #pragma once
 
 #include "render/lightfield/slf/field.h"

@@ -3,9 +3,9 @@
 // [Domingo 2007, §4.2]   Symbols: N number of pencils in the window; Omega solid angle of the window; a that
 // of a pencil; L_w, L_t lengths of the borders of window and pencil.
 //
-// The paper's p = D fov / (2 pi) sin(fov / 2) is a window's share of a sphere if the window is a patch of
-// latitudes and longitudes, and leaves out the pencils that the window's border cuts: estimatedPencils() has
-// a term for each.
+// The paper's p = D fov / (2 pi) sin(fov / 2) takes a window for a patch of latitudes and longitudes, and
+// leaves out the pencils that the window's border cuts. estimatedPencils() counts by the solid angle of the
+// window, and has a term for its border.
 #pragma once
 
 #include "render/lightfield/spherical/direction_tree.h"
