@@ -48,8 +48,8 @@ public:
   void want(ImageNumber image);
   // Slot of an image on the GPU, which it keeps until release().
   std::optional<uint32_t> use(ImageNumber image);
-  // Brings an image from main memory to the GPU. Returns whether it is there afterwards: it was in main
-  // memory, and a slot was free or could be freed.
+  // Brings an image from main memory to the GPU. Returns whether it is on the GPU afterwards; false if the
+  // image is in neither place, or if no slot can be freed.
   bool upload(ImageNumber image);
   // Starts loading an image from disk. Returns false if there is no room: images that are wanted or being
   // loaded fill main memory.
