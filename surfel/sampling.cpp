@@ -1,5 +1,6 @@
 #include "surfel/sampling.h"
 
+#include "surfel/base/up_to.h"
 #include "surfel/geometry/neighbors.h"
 #include "surfel/geometry/smooth_normals.h"
 
@@ -11,7 +12,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <random>
 #include <span>
 
@@ -236,12 +236,6 @@ std::vector<SurfacePoint> alongCurve(const std::vector<SurfacePoint>& points,
     sorted[i] = points[order[i].point];
   });
   return sorted;
-}
-
-std::vector<uint32_t> upTo(size_t count) {
-  std::vector<uint32_t> numbers(count);
-  std::iota(numbers.begin(), numbers.end(), 0u);
-  return numbers;
 }
 
 // Random permutation of 0..count-1 by Fisher-Yates, identical on every standard library.

@@ -83,8 +83,6 @@ const Rule& ruleOf(std::string_view name) {
 
 } // namespace
 
-std::span<const Rule> rules() { return kRules; }
-
 void requireBounds(const Bounds& bounds) {
   std::vector<std::string> names;
   for (const Rule& rule : kRules)

@@ -25,7 +25,6 @@ struct Rule {
   bool isLeast;                // true: the bound is the least allowed figure; false: the largest
   std::string_view advice;     // where the bound is broken
 };
-std::span<const Rule> rules();
 
 // Bounds that replace the defaults, by name.
 using Bounds = std::map<std::string, double>;

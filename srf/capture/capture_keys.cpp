@@ -3,6 +3,7 @@
 // [NeuS2] 19reborn/NeuS2, DATA_CONVENTION.md
 #include "srf/capture/capture_keys.h"
 
+#include "surfel/base/lower_case.h"
 #include "surfel/base/message_text.h"
 
 #include <nlohmann/json.hpp>
@@ -203,13 +204,6 @@ bool standsStill(const Json& object, std::string_view key, const Json& value) {
 }
 
 } // namespace
-
-std::string lowerCase(std::string_view ascii) {
-  std::string text(ascii);
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
-  return text;
-}
 
 std::optional<std::string> UnknownKeys::note() const {
   if (counts_.empty()) return std::nullopt;

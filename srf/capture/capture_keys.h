@@ -15,9 +15,6 @@ namespace surflect::capture {
 
 enum class KeyPlace { capture, light, frame };
 
-// Text in lower case; only ASCII letters change.
-std::string lowerCase(std::string_view ascii);
-
 // Collects the unknown keys of a description.
 class UnknownKeys {
 public:

@@ -5,6 +5,7 @@
 #include "srf/image/exr.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
+#include "surfel/base/lower_case.h"
 #include "surfel/base/message_text.h"
 
 #include <algorithm>

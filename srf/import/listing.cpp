@@ -3,9 +3,9 @@
 #include "srf/image/image_file.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"
+#include "surfel/base/lower_case.h"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 
 namespace surflect::importers {
@@ -23,11 +23,6 @@ void sortNaturally(std::vector<fs::path>& paths) {
 }
 
 } // namespace
-
-std::string lowered(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 bool naturallyBefore(std::string_view a, std::string_view b) {
   while (!a.empty() && !b.empty()) {
@@ -63,14 +58,14 @@ bool isFolder(const fs::path& path) {
 }
 
 bool isMaskName(const fs::path& path) {
-  const std::string stem = lowered(path.stem().string());
+  const std::string stem = lowerCase(path.stem().string());
   return stem == "mask" || stem.ends_with(".mask") || stem.ends_with("_mask") || stem.ends_with("-mask");
 }
 
 std::vector<std::string> oddNames(const std::vector<fs::path>& pictures) {
   const auto patternOf = [](const fs::path& picture) {
     std::string pattern;
-    for (const char c : lowered(picture.filename()))
+    for (const char c : lowerCase(picture.filename().string()))
       if (!isDigit(c))
         pattern += c;
       else if (!pattern.ends_with('#'))

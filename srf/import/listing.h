@@ -8,9 +8,6 @@
 
 namespace surflect::importers {
 
-// Text in lower case, ASCII letters only.
-std::string lowered(std::string text);
-
 // Natural order, 2 before 10: digits compare as numbers.
 bool naturallyBefore(std::string_view a, std::string_view b);
 

@@ -7,6 +7,7 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/first_names.h"
+#include "surfel/base/lower_case.h"
 
 #include <algorithm>
 #include <cctype>
@@ -76,16 +77,16 @@ std::optional<fs::path> onlyOne(const std::string& name, const Folder& folder, c
 std::optional<Named> photographNamed(const std::string& name, const SourceFiles& files,
                                      const Folder& folder) {
   if (auto file = files.find(name)) return Named{*file};
-  const std::string last = name.substr(name.find_last_of("/\\") + 1), low = lowered(last);
+  const std::string last = name.substr(name.find_last_of("/\\") + 1), low = lowerCase(last);
   for (const fs::path& photograph : folder.photographs)
     if (photograph.filename() == last || photograph.stem() == last) return Named{photograph};
   const auto isInOtherCase = [&](const fs::path& p) {
-    return lowered(p.filename()) == low || lowered(p.stem()) == low;
+    return lowerCase(p.filename().string()) == low || lowerCase(p.stem().string()) == low;
   };
   if (const auto found = onlyOne(name, folder, isInOtherCase)) return Named{*found, Likeness::otherCase};
   if (!hasExtension(last)) return std::nullopt;
   const std::string stem = fs::path(low).stem();
-  const auto isOfOtherExtension = [&](const fs::path& p) { return lowered(p.stem()) == stem; };
+  const auto isOfOtherExtension = [&](const fs::path& p) { return lowerCase(p.stem().string()) == stem; };
   if (const auto found = onlyOne(name, folder, isOfOtherExtension))
     return Named{*found, Likeness::otherExtension};
   return std::nullopt;
@@ -265,7 +266,7 @@ std::optional<fs::path> findLights(const fs::path& folder) {
   std::error_code problem;
   for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
        entry.increment(problem)) {
-    if (lowered(entry->path().extension().string()) != ".lp" || isHidden(entry->path())) continue;
+    if (lowerCase(entry->path().extension().string()) != ".lp" || isHidden(entry->path())) continue;
     if (found)
       throw Error("two light files: " + found->filename().string() + " and " +
                   entry->path().filename().string() + "; --lights says which")

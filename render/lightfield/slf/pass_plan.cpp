@@ -1,12 +1,13 @@
 #include "render/lightfield/slf/pass_plan.h"
 
+#include "surfel/base/up_to.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 namespace surflect::slf {
 
@@ -90,12 +91,6 @@ double areaWithin(const gl::Rect& rect, const capture::Camera<AcquisitionSpace>&
 }
 
 } // namespace
-
-std::vector<uint32_t> upTo(size_t count) {
-  std::vector<uint32_t> indices(count);
-  std::iota(indices.begin(), indices.end(), 0u);
-  return indices;
-}
 
 std::vector<uint32_t> trianglesInView(const DirectionMesh& mesh, const RegionView& view, double margin,
                                       uint32_t& start) {

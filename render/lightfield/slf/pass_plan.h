@@ -39,9 +39,6 @@ struct PassPlan {
   }
 };
 
-// Numbers from 0 to count - 1.
-std::vector<uint32_t> upTo(size_t count);
-
 // Triangles of a direction mesh that hold a direction of the view, and perhaps some beside them, ascending:
 // a traversal of neighbours from the triangle at the view's axis, across edges that the view may meet.
 // `margin` is in radians. The result does not depend on `start`; on return that is the axis's triangle.

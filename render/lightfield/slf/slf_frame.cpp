@@ -3,6 +3,7 @@
 #include "render/gl/draw.h"
 #include "render/lightfield/slf/shaders.h"
 #include "surfel/base/stopwatch.h"
+#include "surfel/base/up_to.h"
 
 #include <Eigen/Geometry>
 

@@ -63,7 +63,6 @@ public:
   void releaseMemory() { memory_.release(); }
 
   size_t memoryUsed() const { return memory_.used(); } // slots, those of images being loaded included
-  size_t gpuUsed() const { return gpu_.used(); }
 
 private:
   ImageLoader& loader_;
