@@ -77,6 +77,7 @@ private:
     image::Image full; // its picture
     std::map<knobs::Setting, Measurement> measured;
   };
+  // Stretches of the film that share one model of the knobs' effects, which is measured in its middle.
   struct Chapter {
     int index = -1;
     std::vector<std::string> names; // of knobs that have effects
@@ -85,6 +86,7 @@ private:
     double scatter = 0; // standard deviation of the logarithm of the error between neighbouring frames
     double margin = 1;  // factor on the tolerance for measured frames
   };
+  // Frames with one setting.
   struct Stretch {
     int first, last;
     knobs::Setting setting;
