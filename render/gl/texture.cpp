@@ -198,10 +198,18 @@ image::Image Texture::read(int layer, int level) const {
   assert(!isCompressed(shape_.format));
   const int width = levelSize(shape_.width, level), height = levelSize(shape_.height, level);
   const FormatDetails details = detailsOf(shape_.format);
+  const auto readInto = [&](std::span<std::byte> texels) {
+    glGetTextureSubImage(name(), level, 0, 0, layer, width, height, 1, details.channels, details.type,
+                         static_cast<GLsizei>(texels.size()), texels.data());
+    requireNoErrors();
+  };
+  if (details.type == GL_FLOAT) {
+    image::Image picture(width, height, details.count);
+    readInto(std::as_writable_bytes(std::span(picture.values)));
+    return picture;
+  }
   std::vector<std::byte> texels(bytesOf(shape_.format, width, height));
-  glGetTextureSubImage(name(), level, 0, 0, layer, width, height, 1, details.channels, details.type,
-                       static_cast<GLsizei>(texels.size()), texels.data());
-  requireNoErrors();
+  readInto(texels);
   return pictureOf(shape_.format, width, height, texels);
 }
 
