@@ -3,8 +3,11 @@
 #include "render/lightfield/lfm/delaunay.h"
 #include "render/lightfield/lfm/view_blend.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <optional>
@@ -60,7 +63,7 @@ ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, c
   const lfm::SiteMesh mesh = lfm::siteMesh(points);
   const auto index = [](auto site) { return static_cast<Index>(site); };
   triangles_.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) triangles_.push_back({index(a), index(b), index(c)});
+  for (const auto& [a, b, c] : mesh.triangles) triangles_.push_back({{index(a), index(b), index(c)}, {}});
   if (triangles_.empty()) {
     for (const auto& [from, to] : mesh.borders) borders_.push_back({index(from), index(to)});
     return;
@@ -68,30 +71,74 @@ ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, c
   std::map<std::pair<Index, Index>, Index> triangleOf; // by its edges
   for (size_t t = 0; t < triangles_.size(); ++t)
     for (size_t i = 0; i < 3; ++i)
-      triangleOf[{triangles_[t][(i + 1) % 3], triangles_[t][(i + 2) % 3]}] = index(t);
-  neighbors_.reserve(triangles_.size());
-  for (const Corners& corners : triangles_) {
-    Corners& neighbors = neighbors_.emplace_back();
+      triangleOf[{triangles_[t].corners[(i + 1) % 3], triangles_[t].corners[(i + 2) % 3]}] = index(t);
+  for (auto& [corners, neighbors] : triangles_)
     for (size_t i = 0; i < 3; ++i) {
       const Index from = corners[(i + 1) % 3], to = corners[(i + 2) % 3];
       const auto across = triangleOf.find({to, from});
       neighbors[i] = across == triangleOf.end() ? kNone : across->second;
       if (neighbors[i] == kNone) borders_.push_back({from, to});
     }
-  }
   if (domain == Domain::plane) { // centroid of the area
     double sum = 0;
-    for (const auto& [a, b, c] : triangles_) {
+    for (const Triangle& triangle : triangles_) {
+      const auto& [a, b, c] = triangle.corners;
       const double area = lfm::doubledArea(points[a], points[b], points[c]);
       center_ += area / 3 * (sites_[a] + sites_[b] + sites_[c]);
       sum += area;
     }
     center_ /= sum;
   }
-  double best = -std::numeric_limits<double>::infinity();
-  for (size_t t = 0; t < triangles_.size(); ++t)
-    if (const double inside = weightsIn(triangles_[t], center_).minCoeff(); inside > best)
-      best = inside, start_ = t;
+  fillCells(points);
+}
+
+void ViewTriangulation::fillCells(std::span<const lfm::DiscPoint> sites) {
+  Eigen::AlignedBox2d box;
+  for (const lfm::DiscPoint& site : sites) box.extend(site);
+  constexpr double kTriangles = 4; // of a cell, nearly
+  cellsAlong_ =
+      static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(triangles_.size()) / kTriangles)));
+  low_ = box.min();
+  cellSize_ = box.sizes() / static_cast<double>(cellsAlong_);
+  starts_.resize(cellsAlong_ * cellsAlong_);
+  size_t triangle = 0;
+  for (size_t y = 0; y < cellsAlong_; ++y)
+    for (size_t step = 0; step < cellsAlong_; ++step) {
+      const size_t x = y % 2 == 0 ? step : cellsAlong_ - 1 - step; // next to the last cell
+      const lfm::DiscPoint middle(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+      triangle = walkTo(raised(low_ + middle.cwiseProduct(cellSize_)), triangle).triangle;
+      starts_[y * cellsAlong_ + x] = static_cast<Index>(triangle);
+    }
+}
+
+size_t ViewTriangulation::cellOf(const lfm::DiscPoint& p) const {
+  const auto along = [&](Eigen::Index axis) {
+    const double cell = (p[axis] - low_[axis]) / cellSize_[axis];
+    return static_cast<size_t>(std::clamp(cell, 0.0, static_cast<double>(cellsAlong_ - 1)));
+  };
+  return along(1) * cellsAlong_ + along(0);
+}
+
+Vec3<double> ViewTriangulation::raised(const lfm::DiscPoint& p) const {
+  if (domain_ == Domain::plane) return {p[0], p[1], 1};
+  const double squared = p.squaredNorm();
+  return (2 * p[0] * frame_.x + 2 * p[1] * frame_.y + (1 - squared) * frame_.z) / (1 + squared);
+}
+
+ViewTriangulation::Walk ViewTriangulation::walkTo(const Vec3<double>& d, size_t from) const {
+  Walk walk{from};
+  for (size_t step = 0; step < triangles_.size(); ++step) {
+    const Triangle& triangle = triangles_[walk.triangle];
+    walk.weights = weightsIn(triangle.corners, d);
+    Eigen::Index worst = 0;
+    const double least = walk.weights.minCoeff(&worst);
+    walk.isInside = least >= kInside * walk.weights.cwiseAbs().sum();
+    if (walk.isInside) break;
+    const Index next = triangle.neighbors[static_cast<size_t>(worst)];
+    if (next == kNone) break;
+    walk.triangle = next;
+  }
+  return walk;
 }
 
 Vec3<double> ViewTriangulation::weightsIn(const Corners& corners, const Vec3<double>& d) const {
@@ -160,20 +207,10 @@ ClosestViews ViewTriangulation::at(const Vec3<double>& direction) const {
   const Vec3<double> d = placed(direction);
   if (sites_.size() < 3) return byDistance(d);
   if (triangles_.empty()) return alongLine(d);
-  // Walks towards d from the middle. The paper starts from the last triangle; frames would then depend on
-  // what was rendered before, in their last bits.
-  size_t triangle = start_;
-  for (size_t step = 0; step < triangles_.size(); ++step) {
-    const Vec3<double> weights = weightsIn(triangles_[triangle], d);
-    Eigen::Index worst = 0;
-    const double least = weights.minCoeff(&worst);
-    if (least >= kInside * weights.cwiseAbs().sum()) return inTriangle(triangles_[triangle], weights);
-    const Index next = neighbors_[triangle][static_cast<size_t>(worst)];
-    if (next == kNone) break;
-    triangle = next;
-  }
+  const Walk walk = walkTo(d, starts_[cellOf(flattened(d))]);
+  if (walk.isInside) return inTriangle(triangles_[walk.triangle].corners, walk.weights);
   // A border that is not convex can end a walk too early.
-  for (const Corners& corners : triangles_) {
+  for (const auto& [corners, neighbors] : triangles_) {
     const Vec3<double> weights = weightsIn(corners, d);
     if (weights.minCoeff() >= kInside * weights.cwiseAbs().sum()) return inTriangle(corners, weights);
   }
@@ -181,9 +218,9 @@ ClosestViews ViewTriangulation::at(const Vec3<double>& direction) const {
 }
 
 size_t ViewTriangulation::bytes() const {
-  return views_.size() * sizeof(Index) + sites_.size() * sizeof(Vec3<double>) +
-         triangles_.size() * (sizeof(Corners) + sizeof(neighbors_[0])) +
-         borders_.size() * sizeof(borders_[0]);
+  return sizeof(ViewTriangulation) + views_.size() * sizeof(Index) + sites_.size() * sizeof(Vec3<double>) +
+         triangles_.size() * sizeof(Triangle) + borders_.size() * sizeof(borders_[0]) +
+         starts_.size() * sizeof(Index);
 }
 
 } // namespace surflect::olf

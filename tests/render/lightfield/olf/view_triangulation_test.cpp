@@ -137,6 +137,33 @@ TEST(ViewTriangulation, CirclesOnTheSphereAreEmpty) {
   EXPECT_GT(inside, 300u);
 }
 
+// A search from the start of any cell ends in the one triangle that holds the direction.
+TEST_P(InBothDomains, TheSearchEndsInTheTriangleThatHoldsTheDirection) {
+  std::mt19937 random(7);
+  const std::vector<Vec3<double>> views = upperDirections(random, 400);
+  const ViewTriangulation triangulation(views, kFrame, GetParam());
+  size_t inside = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const Vec3<double> d = upperDirections(random, 1, 0.2)[0];
+    Vec3<double> sum = Vec3<double>::Zero();
+    const ClosestViews closest = triangulation.at(d);
+    for (const auto& [view, weight] : closest)
+      sum += weight *
+             (GetParam() == Domain::plane ? Vec3<double>(views[view][0], views[view][1], 1) : views[view]);
+    if (closest.size() < 3) continue;
+    ++inside;
+    const Vec3<double> aim = GetParam() == Domain::plane ? Vec3<double>(d[0], d[1], 1) : d;
+    EXPECT_LE((sum.normalized() - aim.normalized()).norm(), 1e-12);
+  }
+  EXPECT_GT(inside, 1900u);
+}
+
+TEST(ViewTriangulation, AViewerAtTheVertexHasWeights) {
+  std::mt19937 random(8);
+  const ViewTriangulation triangulation(upperDirections(random, 30), kFrame, Domain::sphere);
+  EXPECT_GT(triangulation.at({0, 0, 0}).size(), 0u); // as Eigen normalises the zero vector
+}
+
 TEST(ViewTriangulation, ViewsAllAroundNeedNoBorder) {
   std::mt19937 random(6);
   std::vector<Vec3<double>> views;
