@@ -6,6 +6,7 @@
 #include <cassert>
 #include <limits>
 #include <random>
+#include <span>
 #include <utility>
 
 namespace surflect::olf {
@@ -52,6 +53,47 @@ Vec3<double> normalOf(const Piece& piece) {
   return (piece.corners[1] - piece.corners[0]).cross(piece.corners[2] - piece.corners[0]);
 }
 
+struct Plane {
+  Vec3<double> normal;
+  double offset;
+};
+
+Plane planeOf(const Piece& piece) {
+  const Vec3<double> normal = normalOf(piece).normalized();
+  return {normal, normal.dot(piece.corners[0])};
+}
+
+// Heights of a piece's corners above a plane; 0 within the tolerance.
+std::array<double, 3> heightsOf(const Piece& piece, const Plane& plane, double tolerance) {
+  std::array<double, 3> heights{};
+  for (size_t k = 0; k < 3; ++k) {
+    const double height = plane.normal.dot(piece.corners[k]) - plane.offset;
+    heights[k] = std::abs(height) > tolerance ? height : 0;
+  }
+  return heights;
+}
+
+// The piece of the first few, which are in random order, whose plane cuts fewest; of those that cut as many
+// the one with the most equal sides.
+size_t dividerOf(const std::vector<Piece>& pieces, double tolerance) {
+  constexpr size_t kCandidates = 8;
+  constexpr size_t kCutWeight = 8; // a cut is as bad as so many more pieces on one side
+  size_t best = 0, leastCost = std::numeric_limits<size_t>::max();
+  for (size_t candidate = 0; candidate < std::min(kCandidates, pieces.size()); ++candidate) {
+    const Plane plane = planeOf(pieces[candidate]);
+    size_t front = 0, back = 0, cuts = 0;
+    for (const Piece& piece : pieces) {
+      const auto [low, high] = std::ranges::minmax(heightsOf(piece, plane, tolerance));
+      cuts += low < 0 && high > 0;
+      front += low >= 0 && high > 0;
+      back += low < 0 && high <= 0;
+    }
+    const size_t cost = kCutWeight * cuts + (std::max(front, back) - std::min(front, back));
+    if (cost < leastCost) leastCost = cost, best = candidate;
+  }
+  return best;
+}
+
 } // namespace
 
 std::vector<Piece> wholePieces(const TriangleMesh& mesh) {
@@ -79,25 +121,22 @@ BspTree::Tree BspTree::treeOf(std::vector<Piece> pieces, double tolerance, size_
   open.push_back({std::move(pieces), -1, false});
   while (!open.empty() && tree.pieces.size() <= limit) {
     progress.checkpoint();
-    const Open current = std::move(open.back());
+    Open current = std::move(open.back());
     open.pop_back();
     const auto index = static_cast<int32_t>(tree.nodes.size());
     if (current.parent >= 0) {
       Node& parent = tree.nodes[static_cast<size_t>(current.parent)];
       (current.isFront ? parent.front : parent.back) = index;
     }
+    std::swap(current.pieces[0], current.pieces[dividerOf(current.pieces, tolerance)]);
+    const Plane plane = planeOf(current.pieces[0]);
     Node node;
-    node.normal = normalOf(current.pieces[0]).normalized();
-    node.offset = node.normal.dot(current.pieces[0].corners[0]);
+    node.normal = plane.normal, node.offset = plane.offset;
     node.first = static_cast<uint32_t>(tree.pieces.size());
     std::vector<Piece> front, back;
     for (size_t i = 0; i < current.pieces.size(); ++i) {
       const Piece& piece = current.pieces[i];
-      std::array<double, 3> heights{};
-      for (size_t k = 0; k < 3; ++k) {
-        const double height = node.normal.dot(piece.corners[k]) - node.offset;
-        heights[k] = std::abs(height) > tolerance ? height : 0;
-      }
+      const std::array<double, 3> heights = heightsOf(piece, plane, tolerance);
       const auto [low, high] = std::ranges::minmax(heights);
       if (i == 0 || (low == 0 && high == 0))
         tree.pieces.push_back(piece);
@@ -137,6 +176,8 @@ BspTree::BspTree(const TriangleMesh& mesh, size_t trees, const Progress& progres
     nodes_ = std::move(tree.nodes), pieces_ = std::move(tree.pieces);
   }
 }
+
+size_t BspTree::bytes() const { return std::span(nodes_).size_bytes() + std::span(pieces_).size_bytes(); }
 
 std::vector<uint32_t> BspTree::backToFront(const Vec3<double>& viewer) const {
   std::vector<uint32_t> order;

@@ -27,14 +27,17 @@ std::vector<Piece> wholePieces(const TriangleMesh& mesh);
 
 class BspTree {
 public:
-  // The smallest of `trees` (>= 1) trees, each by inserting the triangles in a random order; the same one for
-  // the same mesh. Time grows with the square of the triangles where most are on one side of each. Triangles
-  // without area are left out. Throws Cancelled.
+  // The smallest of `trees` (>= 1) trees, each of triangles in a random order; the same one for the same
+  // mesh. A node divides by the triangle whose plane cuts fewest of those below it, among the first few; the
+  // paper takes the first one. Time grows with the square of the triangles where most are on one side of
+  // each. Triangles without area are left out. Throws Cancelled.
   BspTree(const TriangleMesh& mesh, size_t trees, const Progress& progress = {});
 
   const std::vector<Piece>& pieces() const { return pieces_; }
   // Indices of all pieces: none hides a later one from the viewer.
   std::vector<uint32_t> backToFront(const Vec3<double>& viewer) const;
+
+  size_t bytes() const;
 
 private:
   struct Node {
