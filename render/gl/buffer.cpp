@@ -16,7 +16,7 @@ Handle createdBuffer() {
 
 } // namespace
 
-Buffer::Buffer(std::span<const std::byte> content) : handle_(createdBuffer()) {
+Buffer::Buffer(std::span<const std::byte> content) : handle_(createdBuffer()), bytes_(content.size()) {
   if (!content.empty()) // OpenGL has no empty storage
     glNamedBufferStorage(name(), static_cast<GLsizeiptr>(content.size()), content.data(), 0);
   requireNoErrors();

@@ -14,9 +14,11 @@ public:
   explicit Buffer(std::span<const std::byte> content);
 
   unsigned name() const { return handle_.name(); }
+  size_t bytes() const { return bytes_; }
 
 private:
   Handle handle_;
+  size_t bytes_;
 };
 
 } // namespace surflect::gl

@@ -40,4 +40,10 @@ VertexArray::VertexArray(std::span<const VertexAttribute> attributes,
   requireNoErrors();
 }
 
+size_t VertexArray::bytes() const {
+  size_t sum = 0;
+  for (const Buffer& buffer : buffers_) sum += buffer.bytes();
+  return sum;
+}
+
 } // namespace surflect::gl

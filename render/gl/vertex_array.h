@@ -31,6 +31,7 @@ public:
   size_t size() const { return size_; }
   bool hasIndices() const { return hasIndices_; }
   bool hasVertices() const { return !buffers_.empty(); }
+  size_t bytes() const; // of vertices and indices
 
 private:
   Handle handle_;

@@ -149,9 +149,7 @@ void OpacityFrame::drawLayers(FrameCounts& counts) {
   });
 }
 
-void OpacityFrame::drawBackToFront(const Vec3<double>& viewer, FrameCounts& counts) {
-  const std::vector<uint32_t> order = tree_->backToFront(viewer);
-  drawn_.upload(std::as_bytes(std::span(order)));
+void OpacityFrame::drawSorted(FrameCounts& counts) {
   const std::array<const gl::Texture*, 1> textures{&pictures_};
   gl::draw({target_->whole,
             shade_,
@@ -161,9 +159,16 @@ void OpacityFrame::drawBackToFront(const Vec3<double>& viewer, FrameCounts& coun
   ++counts.passes;
 }
 
+std::map<std::string, size_t> OpacityFrame::auxiliaryBytes() const {
+  return {{"bsp_tree_bytes", tree_ ? tree_->bytes() : 0},
+          {"piece_bytes", pieces_.bytes() + drawn_.bytes()},
+          {"blend_bytes", blends_.bytes()},
+          {"matrix_bytes", places_.bytes()}};
+}
+
 image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camera,
                                   std::span<const TriangleBlend> blends,
-                                  std::map<std::string, double>& seconds, FrameCounts& counts) {
+                                  std::map<std::string, double>& seconds, FrameCounts& counts, int side) {
   const int width = camera.lens.width, height = camera.lens.height;
   if (!target_ || target_->color.shape().width != width || target_->color.shape().height != height) {
     target_.reset();
@@ -174,6 +179,11 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
     seconds[stage] += stopwatch.seconds();
     stopwatch = {};
   };
+  if (tree_) {
+    const std::vector<uint32_t> order = tree_->backToFront(camera.center().raw());
+    lap("order");
+    drawn_.upload(std::as_bytes(std::span(order)));
+  }
   shade_.set("clipFromObject", gl::clipFromWorld(centredAt(middle_, camera), box_));
   blends_.upload(std::as_bytes(blends));
   pieces_.bind(kPieces), drawn_.bind(kDrawn), blends_.bind(kBlends), places_.bind(kPlaces);
@@ -184,9 +194,9 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
   else if (order_ == Order::peel)
     drawLayers(counts);
   else
-    drawBackToFront(camera.center().raw(), counts);
+    drawSorted(counts);
   lap("draw");
-  image::Image color = target_->color.read();
+  image::Image color = means_.read(target_->color, side);
   lap("read");
   return color;
 }

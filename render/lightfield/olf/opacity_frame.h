@@ -17,6 +17,7 @@
 #include "render/lightfield/olf/fragment_lists.h"
 #include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/square_means.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
@@ -40,13 +41,17 @@ public:
   // limit or memory is exceeded; and Cancelled.
   OpacityFrame(const OpacityField& field, Order order, const Progress& progress = {});
 
-  // RGBA, premultiplied; pixels show what is at their centres. `blends` are those of the camera's centre.
-  // Adds seconds by stage. Throws Error for a camera that is not a pinhole or distorts.
+  // RGBA, premultiplied, of means of side * side of the camera's pixels, which show what is at their centres.
+  // `blends` are those of the camera's centre.
+  // Adds seconds by stage: "order" of the BSP tree, on the CPU; "upload", "draw" and "read". Throws Error for
+  // a camera that is not a pinhole or distorts.
   image::Image render(const capture::Camera<AcquisitionSpace>& camera, std::span<const TriangleBlend> blends,
-                      std::map<std::string, double>& seconds, FrameCounts& counts);
+                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1);
 
   size_t pieces() const { return pieceCount_; }
   size_t textureBytes() const { return textureBytes_; }
+  // Bytes of what is kept beside mesh and pictures, by name.
+  std::map<std::string, size_t> auxiliaryBytes() const;
 
 private:
   struct Target {
@@ -58,7 +63,7 @@ private:
 
   void drawLists(FrameCounts& counts);
   void drawLayers(FrameCounts& counts);
-  void drawBackToFront(const Vec3<double>& viewer, FrameCounts& counts);
+  void drawSorted(FrameCounts& counts);
 
   const OpacityField& field_;
   Order order_;
@@ -73,6 +78,7 @@ private:
   std::optional<gl::Program> compose_; // of depth peeling
   std::optional<FragmentLists> lists_;
   std::optional<Target> target_;
+  SquareMeans means_;
   size_t textureBytes_ = 0;
 };
 

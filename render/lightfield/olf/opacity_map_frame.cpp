@@ -71,7 +71,7 @@ void OpacityMapFrame::drawLayers(size_t terms, const MapFrameOptions& options, F
 
 image::Image OpacityMapFrame::render(const capture::Camera<AcquisitionSpace>& camera,
                                      const MapFrameOptions& options, std::map<std::string, double>& seconds,
-                                     FrameCounts& counts) {
+                                     FrameCounts& counts, int side) {
   assert(options.order != Order::bsp && options.passes != lfm::Passes::clamped);
   const int width = camera.lens.width, height = camera.lens.height;
   if (!target_ || target_->whole.width() != width || target_->whole.height() != height) {
@@ -91,7 +91,7 @@ image::Image OpacityMapFrame::render(const capture::Camera<AcquisitionSpace>& ca
   else
     drawLayers(terms, options, counts);
   lap("draw");
-  image::Image color = target_->color.read();
+  image::Image color = means_.read(target_->color, side);
   lap("read");
   return color;
 }

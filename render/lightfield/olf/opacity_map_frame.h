@@ -15,6 +15,7 @@
 #include "render/lightfield/olf/fragment_lists.h"
 #include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_maps.h"
+#include "render/lightfield/olf/square_means.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 
@@ -41,10 +42,11 @@ public:
   // Throws Error if the maps do not fit into the driver's memory.
   OpacityMapFrame(const OpacityMaps& maps, const gl::Limits& limits);
 
-  // RGBA, premultiplied; pixels show what is at their centres. Equal arguments give equal bits. Adds seconds
-  // by stage. Throws Error for a camera that is not a pinhole or distorts.
+  // RGBA, premultiplied, of means of side * side of the camera's pixels, which show what is at their centres.
+  // Equal arguments give equal bits. Adds seconds by stage: "draw" and "read". Throws Error for a camera that
+  // is not a pinhole or distorts.
   image::Image render(const capture::Camera<AcquisitionSpace>& camera, const MapFrameOptions& options,
-                      std::map<std::string, double>& seconds, FrameCounts& counts);
+                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1);
 
   const lfm::MapDrawing& drawing() const { return drawing_; }
 
@@ -64,6 +66,7 @@ private:
   gl::Program list_, layerDepth_, layerMaps_, compose_;
   FragmentLists lists_;
   std::optional<Target> target_;
+  SquareMeans means_;
 };
 
 } // namespace surflect::olf

@@ -3,7 +3,6 @@
 #include "render/lightfield/common/baked_scene.h"
 #include "render/lightfield/lfm/terms_knob.h"
 #include "render/lightfield/olf/opacity_map_file.h"
-#include "srf/image/resize.h"
 #include "surfel/base/hash.h"
 #include "surfel/math/bounds.h"
 
@@ -24,7 +23,8 @@ OpacityMapRenderer::OpacityMapRenderer(const std::filesystem::path& folder, cons
   description_.counts = {{"terms", maps.maps.terms.size()},
                          {"triangles", maps.maps.mesh.triangles.size()},
                          {"map_bytes", lfm::bytesOf(maps.maps).total()},
-                         {"texture_bytes", frame_->drawing().maps().bytes()}};
+                         {"texture_bytes", frame_->drawing().maps().bytes()},
+                         {"auxiliary_bytes", frame_->drawing().mesh().bytes()}};
   description_.rig = folder_.rig();
   description_.middle = middleOf(folder_.mesh().positions);
   description_.points = folder_.mesh().positions;
@@ -59,9 +59,8 @@ render::FrameLayers OpacityMapRenderer::render(const scene::Scene& scene, const 
   memory.aovs.clear();
   memory.report = {};
   FrameCounts counts;
-  memory.color = image::squareMeans(frame_->render(lightfield::sampledCamera(scene, samples_), frameOptions_,
-                                                   memory.report.seconds, counts),
-                                    samples_);
+  memory.color = frame_->render(lightfield::sampledCamera(scene, samples_), frameOptions_,
+                                memory.report.seconds, counts, samples_);
   const double samples = lightfield::samplesOf(scene, samples_);
   memory.report.counts = {
       {"work.texels", static_cast<double>(counts.fragments) * static_cast<double>(1 + *frameOptions_.terms)},

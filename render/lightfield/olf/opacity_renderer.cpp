@@ -2,10 +2,8 @@
 
 #include "render/lightfield/common/baked_scene.h"
 #include "render/lightfield/olf/opacity_file.h"
-#include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
@@ -22,12 +20,19 @@ OpacityRenderer::OpacityRenderer(const std::filesystem::path& folder, const Opac
   if (options.order) field_.order = *options.order;
   blender_ = std::make_unique<const ViewBlender>(field_, progress);
   frame_ = std::make_unique<OpacityFrame>(field_, field_.order, progress);
+  field_.packed.texels = {}; // the driver has them now
   description_.folder = folder;
   description_.counts = {{"views", field_.cameras.size()},
                          {"triangles", field_.mesh.triangles.size()},
                          {"pieces", frame_->pieces()},
-                         {"texture_bytes", frame_->textureBytes()},
-                         {"auxiliary_bytes", blender_->bytes()}};
+                         {"texture_bytes", frame_->textureBytes()}};
+  size_t auxiliary = 0;
+  for (const auto& parts : {blender_->bytes(), frame_->auxiliaryBytes()})
+    for (const auto& [part, bytes] : parts) {
+      description_.counts[part] = bytes;
+      auxiliary += bytes;
+    }
+  description_.counts["auxiliary_bytes"] = auxiliary;
   description_.rig = folder_.rig();
   description_.middle = middleOf(folder_.mesh().positions);
   description_.points = folder_.mesh().positions;
@@ -49,11 +54,9 @@ render::FrameLayers OpacityRenderer::render(const scene::Scene& scene, const std
   const capture::Camera<AcquisitionSpace> camera = lightfield::sampledCamera(scene, samples_);
   memory.aovs.clear();
   memory.report = {};
-  const Stopwatch stopwatch;
-  const std::vector<TriangleBlend> blends = blender_->blends(camera.center().raw());
-  memory.report.seconds["weights"] = stopwatch.seconds();
+  const std::vector<TriangleBlend> blends = blender_->blends(camera.center().raw(), &memory.report.seconds);
   FrameCounts counts;
-  memory.color = image::squareMeans(frame_->render(camera, blends, memory.report.seconds, counts), samples_);
+  memory.color = frame_->render(camera, blends, memory.report.seconds, counts, samples_);
   memory.report.counts = {{"work.pixels", lightfield::samplesOf(scene, samples_)},
                           {"passes", static_cast<double>(counts.passes)},
                           {"fragments", static_cast<double>(counts.fragments)},

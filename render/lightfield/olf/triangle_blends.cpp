@@ -1,6 +1,8 @@
 #include "render/lightfield/olf/triangle_blends.h"
 
+#include "render/lightfield/lfm/rings.h"
 #include "surfel/base/error.h"
+#include "surfel/base/stopwatch.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -44,8 +46,10 @@ void requireTriangulable(const VisibleViews& visible, size_t mostBytes) {
         .at("mesh");
 }
 
-ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress)
-    : field_(field), rings_(field.mesh, progress) {
+ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress) : field_(field) {
+  const lfm::Rings rings(field.mesh, progress);
+  vertices_.assign(rings.vertices().begin(), rings.vertices().end());
+  corners_.assign(rings.corners().begin(), rings.corners().end());
   for (const auto& camera : field.cameras) centers_.push_back(camera.center().raw());
   const bool isTriangulated = field.method == Method::vdtm;
   if (isTriangulated) requireTriangulable(field.visible);
@@ -61,7 +65,7 @@ ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress)
     directions.clear();
     for (const uint32_t view : views) directions.push_back((centers_[view] - p).normalized());
     if (isTriangulated)
-      triangulations[vertex].emplace(directions, rings_.frame(static_cast<uint32_t>(vertex)), field.domain);
+      triangulations[vertex].emplace(directions, rings.frame(static_cast<uint32_t>(vertex)), field.domain);
     else
       std::ranges::copy(directions, directions_.begin() + static_cast<std::ptrdiff_t>(first));
   });
@@ -88,23 +92,34 @@ ClosestViews ViewBlender::closest(uint32_t vertex, const Vec3<double>& viewer) c
   return closest;
 }
 
-std::vector<TriangleBlend> ViewBlender::blends(const Vec3<double>& viewer) const {
+std::vector<TriangleBlend> ViewBlender::blends(const Vec3<double>& viewer,
+                                               std::map<std::string, double>* seconds) const {
+  Stopwatch stopwatch;
+  const auto lap = [&](const char* stage) {
+    if (seconds) (*seconds)[stage] += stopwatch.seconds();
+    stopwatch = {};
+  };
   std::vector<ClosestViews> ofVertex(field_.mesh.positions.size());
-  const auto vertices = rings_.vertices();
-  tbb::parallel_for(size_t{0}, vertices.size(),
-                    [&](size_t i) { ofVertex[vertices[i]] = closest(vertices[i], viewer); });
+  tbb::parallel_for(size_t{0}, vertices_.size(),
+                    [&](size_t i) { ofVertex[vertices_[i]] = closest(vertices_[i], viewer); });
+  lap("closest views");
   std::vector<TriangleBlend> blends(field_.mesh.triangles.size());
   tbb::parallel_for(size_t{0}, blends.size(), [&](size_t t) {
-    const auto& [a, b, c] = rings_.corners()[t];
+    const auto& [a, b, c] = corners_[t];
     blends[t] = combined({ofVertex[a], ofVertex[b], ofVertex[c]});
   });
+  lap("blends");
   return blends;
 }
 
-size_t ViewBlender::bytes() const {
-  size_t sum = directions_.size() * sizeof(Vec3<double>);
-  for (const ViewTriangulation& triangulation : triangulations_) sum += triangulation.bytes();
-  return sum;
+std::map<std::string, size_t> ViewBlender::bytes() const {
+  const auto bytesOf = [](const auto& values) { return std::span(values).size_bytes(); };
+  size_t triangulations = 0;
+  for (const ViewTriangulation& triangulation : triangulations_) triangulations += triangulation.bytes();
+  return {{"triangulation_bytes", triangulations},
+          {"direction_bytes", bytesOf(directions_) + bytesOf(centers_)},
+          {"visible_view_bytes", bytesOf(field_.visible.first) + bytesOf(field_.visible.views)},
+          {"corner_bytes", bytesOf(vertices_) + bytesOf(corners_)}};
 }
 
 } // namespace surflect::olf

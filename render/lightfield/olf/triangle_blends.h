@@ -3,7 +3,6 @@
 // [Vlasic 2003, §4.1, Fig. 3] Vlasic et al.: Opacity Light Fields, I3D.
 #pragma once
 
-#include "render/lightfield/lfm/rings.h"
 #include "render/lightfield/olf/opacity_field.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/space.h"
@@ -11,6 +10,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <vector>
 
 namespace surflect::olf {
@@ -39,15 +40,18 @@ public:
 
   // Closest views of a vertex that has triangles, as seen from a point.
   ClosestViews closest(uint32_t vertex, const Vec3<double>& viewer) const;
-  // Blend of each triangle. Equal for any number of threads.
-  std::vector<TriangleBlend> blends(const Vec3<double>& viewer) const;
+  // Blend of each triangle. Equal for any number of threads. Adds seconds by stage: "closest views" of
+  // vertices, and "blends" of triangles.
+  std::vector<TriangleBlend> blends(const Vec3<double>& viewer,
+                                    std::map<std::string, double>* seconds = nullptr) const;
 
-  // Bytes of the triangulations and directions.
-  size_t bytes() const;
+  // Bytes of what is kept beside mesh and pictures, by name.
+  std::map<std::string, size_t> bytes() const;
 
 private:
   const OpacityField& field_;
-  lfm::Rings rings_;
+  std::vector<uint32_t> vertices_;                // that have triangles
+  std::vector<std::array<uint32_t, 3>> corners_;  // of each triangle
   std::vector<Vec3<double>> centers_;             // of the cameras
   std::vector<Vec3<double>> directions_;          // to the visible views of each vertex, for ULR
   std::vector<ViewTriangulation> triangulations_; // of each vertex, for VDTM

@@ -2,6 +2,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/olf/build.h"
+#include "srf/image/resize.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <cmath>
@@ -65,6 +66,39 @@ TEST_F(OpacityRendererTest, DescribesItselfAndTakesTheSamplesKnob) {
   renderer.turn({{"samples", 1}});
   EXPECT_NE(renderer.describe().identity, before);
   EXPECT_THROW(renderer.turn({{"terms", 1}}), Error);
+}
+
+TEST_F(OpacityRendererTest, MeansOfSamplesAreThoseOfTheLargerPicture) {
+  OpacityRenderer renderer(*folder_ / "vdtm", {.samples = 3, .order = {}});
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image means = renderer.render(scene).color;
+  renderer.turn({{"samples", 1}});
+  scene::Scene larger = scene;
+  larger.camera.lens = capture::resized(scene.camera.lens, 3 * 48, 3 * 48);
+  const image::Image expected = image::squareMeans(renderer.render(larger).color, 3);
+  ASSERT_EQ(means.values.size(), expected.values.size());
+  for (size_t i = 0; i < means.values.size(); ++i) EXPECT_NEAR(means.values[i], expected.values[i], 1e-6f);
+}
+
+TEST_F(OpacityRendererTest, ReportsStagesAndWhatItKeepsInMemory) {
+  for (const auto& [name, order] : {std::pair("vdtm", Order::bsp), {"ulr", Order::list}}) {
+    OpacityRenderer renderer(*folder_ / name, {.samples = 1, .order = order});
+    const auto& counts = renderer.describe().counts;
+    const bool isVdtm = renderer.describe().counts.at("triangulation_bytes") > 0;
+    EXPECT_EQ(isVdtm, name == std::string("vdtm"));
+    EXPECT_EQ(counts.at("bsp_tree_bytes") > 0, order == Order::bsp);
+    EXPECT_EQ(counts.at("blend_bytes"), sizeof(TriangleBlend) * counts.at("triangles"));
+    EXPECT_EQ(counts.at("matrix_bytes"), 64 * counts.at("views"));
+    size_t sum = 0;
+    for (const char* part : {"triangulation_bytes", "direction_bytes", "visible_view_bytes", "corner_bytes",
+                             "bsp_tree_bytes", "piece_bytes", "blend_bytes", "matrix_bytes"})
+      sum += counts.at(part);
+    EXPECT_EQ(counts.at("auxiliary_bytes"), sum);
+    const auto seconds = renderer.render(sceneFrom({1, 2, 3}, *rest_)).report.seconds;
+    EXPECT_EQ(seconds.contains("order"), order == Order::bsp);
+    for (const char* stage : {"closest views", "blends", "upload", "draw", "read"})
+      EXPECT_TRUE(seconds.contains(stage)) << stage;
+  }
 }
 
 TEST_F(OpacityRendererTest, RefusesOtherLightsAndSaysIfNothingIsVisible) {
