@@ -15,10 +15,34 @@ namespace surflect {
 namespace {
 
 struct BenchmarkArguments {
-  std::string script;
+  std::vector<std::string> scripts;
   int rounds = 1;
   double scale = 1;
   render::RendererOptions options;
+  knobs::Setting setting;
+};
+
+// A script's model, and its frames as they are rendered.
+struct TimedShot {
+  std::string path;
+  scene::ScriptHead head;
+  TimedRenderer renderer;
+  scene::Script script;
+  film::ShotRenderer shot;
+
+  TimedShot(const std::string& file, const BenchmarkArguments& arguments, const Progress& progress)
+      : path(file), head(scene::readScriptHead(file)),
+        renderer(render::openRenderer(head.model, arguments.options, progress)),
+        script(scene::readScript(file, renderer.describe().rig.origin)),
+        shot(checked(script), renderer, progress) {
+    renderer.turn(arguments.setting);
+  }
+
+private:
+  static const scene::Script& checked(const scene::Script& script) {
+    scene::requireShot(script);
+    return script;
+  }
 };
 
 // Minimum, median and maximum of a figure over frames.
@@ -32,23 +56,16 @@ void saySpread(const std::string& name, const Json& spread) {
                   spread["median"].get<double>(), spread["most"].get<double>()));
 }
 
-Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress) {
-  const scene::ScriptHead head = scene::readScriptHead(arguments.script);
-  TimedRenderer renderer(render::openRenderer(head.model, arguments.options, progress));
-  const scene::Script script = scene::readScript(arguments.script, renderer.describe().rig.origin);
-  scene::requireShot(script);
-  film::ShotRenderer shot(script, renderer, progress);
-  const int first = script.frames->first, last = script.frames->last;
-  for (int round = 0; round < arguments.rounds; ++round)
-    for (int frame = first; frame <= last; ++frame) {
-      progress("benchmark",
-               (round + static_cast<double>(frame - first) / (last - first + 1)) / arguments.rounds);
-      shot.reuse(shot.render(frame, arguments.scale));
-    }
-  Json report = {{"model", head.model.string()}, {"frames", renderer.seconds().size()}};
+Json reportOf(const TimedShot& timed) {
+  const TimedRenderer& renderer = timed.renderer;
+  Json report = {{"script", timed.path},
+                 {"model", timed.head.model.string()},
+                 {"frames", renderer.seconds().size()},
+                 {"model_counts", renderer.describe().counts}};
   std::vector<double> milliseconds;
   for (const double seconds : renderer.seconds()) milliseconds.push_back(1e3 * seconds);
-  say(fmt::format("{:<28} {:>14} {:>14} {:>14}", "", "least", "median", "most"));
+  say(fmt::format("{:<28} {:>14} {:>14} {:>14}", timed.head.model.filename().string(), "least", "median",
+                  "most"));
   report["frame_ms"] = spreadOf(milliseconds);
   saySpread("frame, ms", report["frame_ms"]);
   std::map<std::string, std::vector<double>> stages, counts;
@@ -64,7 +81,26 @@ Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress)
     report["counts"][name] = spreadOf(std::move(values));
     saySpread(name, report["counts"][name]);
   }
+  for (const auto& [name, count] : renderer.describe().counts)
+    say(fmt::format("{:<28} {:>14}", "model: " + name, count));
   return report;
+}
+
+Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress) {
+  std::vector<std::unique_ptr<TimedShot>> shots;
+  for (const std::string& script : arguments.scripts)
+    shots.push_back(std::make_unique<TimedShot>(script, arguments, progress));
+  const auto steps = static_cast<double>(static_cast<size_t>(arguments.rounds) * shots.size());
+  size_t step = 0;
+  for (int round = 0; round < arguments.rounds; ++round)
+    for (const auto& timed : shots) {
+      progress("benchmark", static_cast<double>(step++) / steps);
+      for (int frame = timed->script.frames->first; frame <= timed->script.frames->last; ++frame)
+        timed->shot.reuse(timed->shot.render(frame, arguments.scale));
+    }
+  Json reports = Json::array();
+  for (const auto& timed : shots) reports.push_back(reportOf(*timed));
+  return {{"scripts", std::move(reports)}};
 }
 
 } // namespace
@@ -72,16 +108,17 @@ Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress)
 void addLightFieldBenchmark(CLI::App& lightField, CommandWork& work) {
   auto arguments = std::make_shared<BenchmarkArguments>();
   CLI::App* command = lightField.add_subcommand(
-      "benchmark", "time the frames of a script one after another, without writing pictures");
+      "benchmark", "time the frames of scripts one after another, without writing pictures");
   command->footer("Example: surflect lightfield benchmark orbit.toml --rounds 3 --json");
-  command->add_option("script", arguments->script, "TOML: model and camera over time")->required();
-  command->add_option("--rounds", arguments->rounds, "how often all frames are rendered")
+  command->add_option("scripts", arguments->scripts, "TOML: model and camera over time")->required();
+  command->add_option("--rounds", arguments->rounds, "how often all frames are rendered; scripts take turns")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
   command->add_option("--scale", arguments->scale, "factor on width and height")
       ->capture_default_str()
       ->check(finiteIn(0.01, 8));
   addModelOptions(*command, arguments->options);
+  addKnobOption(*command, arguments->setting);
   setWork(*command, work, "nothing was kept",
           [arguments](const Progress& progress) { return runBenchmark(*arguments, progress); });
 }

@@ -194,7 +194,7 @@ class LightField(TestInFolder):
             first = content(self.folder / "film")
             succeed("render", script, "-o", self.folder / "film")
             self.assert_same_files(content(self.folder / "film"), first)
-            report = succeed("lightfield", "benchmark", script, "--rounds", "2")
+            report = succeed("lightfield", "benchmark", script, script, "--rounds", "2")["scripts"][1]
             self.assertEqual(report["frames"], 4)
             self.assertGreater(report["frame_ms"]["least"], 0)
 
