@@ -20,6 +20,16 @@ float above(vec2 plane, vec2 slope, float slot, float h) {
   return textureLod(heights, vec3(plane + h * slope, slot), mip).r - h;
 }
 
+// passesSphere() of reprojection.h.
+bool passesSphere(vec3 e, vec2 plane, vec2 slope) {
+  vec2 offset = plane - 0.5;
+  float nearest = -dot(offset, slope) / (1.0 + dot(slope, slope));
+  vec2 foot = offset + nearest * slope;
+  vec3 fromMiddle = e - vec3(0.5, 0.5, 0.0);
+  bool isInside = dot(fromMiddle, fromMiddle) < 0.25;
+  return (nearest < e.z || isInside) && dot(foot, foot) + nearest * nearest < 0.25;
+}
+
 // crossing() of reprojection.cpp; x is a height, y how far the object is above it.
 float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
   int kept = 0;
@@ -39,12 +49,12 @@ float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
 }
 
 // heightMet() of reprojection.h; kNoHeight if there is none.
-float heightMet(vec2 plane, vec2 slope, float slot) {
+float heightMet(vec2 plane, vec2 slope, float slot, float start) {
   int steps = int(clamp(ceil(length(slope) * imageSize * exp2(-mip)), 1.0, float(kMostSteps)));
   float met = kNoHeight, metAlpha = 0.0;
-  vec2 high = vec2(0.5, min(0.0, above(plane, slope, slot, 0.5)));
+  vec2 high = vec2(start, min(0.0, above(plane, slope, slot, start)));
   for (int i = 1; i <= steps; ++i) {
-    float h = 0.5 - float(i) / float(steps);
+    float h = start - (start + 0.5) * float(i) / float(steps);
     vec2 low = vec2(h, above(plane, slope, slot, h));
     if (high.y < 0.0 && low.y >= 0.0) {
       h = crossing(plane, slope, slot, high, low);
@@ -66,10 +76,8 @@ void main() {
   vec3 e = viewerAndSlot.xyz;
   vec2 plane = crossingScaled.xy / crossingScaled.z;
   vec2 slope = (e.xy - plane) / e.z;
-  vec2 offset = plane - 0.5;
-  float along = dot(offset, slope);
-  if (dot(offset, offset) - along * along / (1.0 + dot(slope, slope)) >= 0.25) return;
-  float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w) : 0.0;
+  if (!passesSphere(e, plane, slope)) return;
+  float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w, min(e.z, 0.5)) : 0.0;
   if (height == kNoHeight) return;
   vec2 place = plane + height * slope;
   if (any(lessThan(place, vec2(0.0))) || any(greaterThan(place, vec2(1.0)))) return;

@@ -31,9 +31,9 @@ void addPencil(const ShownImage& shown, const ImageAxes& axes, const Sphere& sph
   const Vec3<double> e = placeOf(sphere, axes, ray.origin), w = vectorOf(sphere, axes, ray.direction);
   if (!(e[2] > 0 && w[2] < 0)) return;
   const Vec2<double> plane = atPlane(e, w), slope = slopeOf(e, plane);
-  if (!passesSphere(plane, slope)) return;
+  if (!passesSphere(e, plane, slope)) return;
   const std::optional<double> height =
-      look.depth ? heightMet(*shown.image, plane, slope, mip) : std::optional(0.0);
+      look.depth ? heightMet(*shown.image, plane, slope, std::min(e[2], 0.5), mip) : std::optional(0.0);
   if (!height) return;
   const Vec2<double> place = plane + *height * slope;
   if (place.minCoeff() < 0 || place.maxCoeff() > 1) return;

@@ -40,10 +40,12 @@ Vec2<double> slopeOf(const Vec3<double>& e, const Vec2<double>& atPlane) {
   return (e.head<2>() - atPlane) / e[2];
 }
 
-bool passesSphere(const Vec2<double>& atPlane, const Vec2<double>& slope) {
+bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2<double>& slope) {
   const Vec2<double> offset = atPlane - Vec2<double>(0.5, 0.5);
-  const double along = offset.dot(slope);
-  return offset.squaredNorm() - along * along / (1 + slope.squaredNorm()) < 0.25;
+  // Height at which the line is nearest to the middle of the sphere.
+  const double nearest = -offset.dot(slope) / (1 + slope.squaredNorm());
+  const bool isInside = (e - Vec3<double>(0.5, 0.5, 0)).squaredNorm() < 0.25;
+  return (nearest < e[2] || isInside) && (offset + nearest * slope).squaredNorm() + nearest * nearest < 0.25;
 }
 
 int stepsOf(const Vec2<double>& slope, int size, double mip) {
@@ -52,13 +54,13 @@ int stepsOf(const Vec2<double>& slope, int size, double mip) {
 }
 
 std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
-                                const Vec2<double>& slope, double mip) {
+                                const Vec2<double>& slope, double start, double mip) {
   const auto above = [&](double h) { return heightAt(image, atPlane + h * slope, mip) - h; };
   const int steps = stepsOf(slope, image.mips[0].size, mip);
   std::optional<double> met;
-  double metAlpha = 0, high = 0.5, highAbove = std::min(0.0, above(high));
+  double metAlpha = 0, high = start, highAbove = std::min(0.0, above(high));
   for (int i = 1; i <= steps; ++i) {
-    const double low = 0.5 - static_cast<double>(i) / steps, lowAbove = above(low);
+    const double low = start - (start + 0.5) * i / steps, lowAbove = above(low);
     if (highAbove < 0 && lowAbove >= 0) {
       const double h = crossing(above, {high, highAbove}, {low, lowAbove});
       const double alpha = colorAt(image, atPlane + h * slope, mip)[3];

@@ -16,15 +16,17 @@ Vec2<double> atPlane(const Vec3<double>& e, const Vec3<double>& w);
 // x(h) = x(0) + h g, with g = (e - x(0)) / e.z
 Vec2<double> slopeOf(const Vec3<double>& e, const Vec2<double>& atPlane);
 
-// Whether the ray passes the object's sphere.
-bool passesSphere(const Vec2<double>& atPlane, const Vec2<double>& slope);
+// Whether the ray passes the object's sphere in front of the viewer, who may be in it.
+bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2<double>& slope);
 
-// Height where the ray first comes from above to a solid part of the object: H(x(h)) = h. Found between steps
-// of about a texel of the mip level. A crossing where alpha is below kSolid counts only if there is no solid
-// one behind it. Empty if there is no crossing: behind an outline the ray passes through, as heights beside
-// the object continue those on it. At a jump of heights within the object the ray meets a wall.
+// Height where the ray first comes from above to a solid part of the object: H(x(h)) = h. The ray starts at
+// height `start`, that of the viewer or 1/2 if the viewer is higher: nothing behind the viewer is met. Found
+// between steps of about a texel of the mip level. A crossing where alpha is below kSolid counts only if
+// there is no solid one behind it. Empty if there is no crossing: behind an outline the ray passes through,
+// as heights beside the object continue those on it. At a jump of heights within the object the ray meets a
+// wall.
 std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
-                                const Vec2<double>& slope, double mip);
+                                const Vec2<double>& slope, double start, double mip);
 
 inline constexpr double kSolid = 0.5;
 inline constexpr int kMostSteps = 64, kRefinements = 6;

@@ -93,6 +93,35 @@ TEST_F(SphericalFrameTest, DepthAgreesWithTheReferenceAndTheTruth) {
   EXPECT_GT(static_cast<double>(right), 0.95 * static_cast<double>(covered));
 }
 
+TEST_F(SphericalFrameTest, NothingBehindTheViewerIsShown) {
+  std::mt19937 random(9);
+  size_t covered = 0;
+  for (int trial = 0; trial < 20; ++trial) { // within the object's sphere and close to it
+    const auto camera = cameraAt((0.2 + 0.06 * trial) * randomUnit(random), 32, 100);
+    for (const Look& look : {Look{3, 0, true, true}, Look{0.5, 0, true, false}})
+      for (const Picture& picture : {rendered(camera, look), reference(camera, look)})
+        for (const float depth : picture.depth.values) {
+          EXPECT_GT(depth, 0) << "trial " << trial;
+          covered += std::isfinite(depth);
+        }
+  }
+  EXPECT_GT(covered, 10000u);
+}
+
+// Not even the smallest mip levels, whose texels at the border are partly covered.
+TEST_F(SphericalFrameTest, NothingIsShownWhereTheViewerLooksAway) {
+  std::mt19937 random(10);
+  for (int trial = 0; trial < 20; ++trial) {
+    auto camera = cameraAt(1.4 * randomUnit(random), 16, 165);
+    const Mat3<double> turned = Vec3<double>(-1, 1, -1).asDiagonal();
+    camera.cameraFromWorld = {turned * camera.cameraFromWorld.rotation(),
+                              turned * camera.cameraFromWorld.translation()};
+    for (const Look& look : {Look{0, 5, true, true}, Look{0, 5, false, true}, Look{1, 4, true, false}})
+      for (const Picture& picture : {rendered(camera, look), reference(camera, look)})
+        for (const float value : picture.color.values) ASSERT_EQ(value, 0) << "trial " << trial;
+  }
+}
+
 TEST_F(SphericalFrameTest, ShowsTheObjectBetterWithEachLevelWithDepthAndWithInterpolation) {
   std::mt19937 random(8);
   std::map<std::string, double> scores; // means
