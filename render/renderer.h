@@ -63,7 +63,7 @@ public:
   // The preview setting: the fastest whose pictures are hard to tell from those at full.
   virtual knobs::Setting preview() const { return {}; }
   // Sets all knobs for the frames that follow, and with them the identity. Throws Error for a knob that the
-  // renderer lacks and for a value that it cannot take.
+  // renderer lacks and for a value that it cannot take; the knobs then stay as they were.
   virtual void turn(const knobs::Setting& setting) { knobs::requireKnobs(knobs(), setting); }
 
   // Renders one frame: colour, and those of the named AOVs that the renderer has. Equal scenes have equal

@@ -43,9 +43,11 @@ std::vector<knobs::Knob> OpacityMapRenderer::knobs() const {
 
 void OpacityMapRenderer::turn(const knobs::Setting& setting) {
   knobs::requireKnobs(knobs(), setting);
+  MapFrameOptions frameOptions = frameOptions_;
+  frameOptions.terms = lfm::termsOf(setting, description_.counts.at("terms"));
+  frameOptions.layers = lfm::countOf(setting, "layers", {1, kMostLayers}, kMostLayers);
   samples_ = lightfield::samplesOf(setting, options_.samples);
-  frameOptions_.terms = lfm::termsOf(setting, description_.counts.at("terms"));
-  frameOptions_.layers = lfm::countOf(setting, "layers", {1, kMostLayers}, kMostLayers);
+  frameOptions_ = frameOptions;
   description_.identity = fmt::format(
       "opacity light field maps {} order {} terms {} layers {} samples {} driver {} {}",
       hex(folder_.identity()), nameOf(frameOptions_.order), *frameOptions_.terms, frameOptions_.layers,

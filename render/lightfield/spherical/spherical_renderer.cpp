@@ -68,10 +68,10 @@ std::vector<knobs::Knob> SphericalRenderer::knobs() const {
 void SphericalRenderer::turn(const knobs::Setting& setting) {
   knobs::requireKnobs(knobs(), setting);
   const auto finest = static_cast<double>(file_.shape().levels - 1);
-  look_.detail = valueOf(setting, "level", finest, finest);
-  look_.depth = switchOf(setting, "depth");
-  look_.interpolated = switchOf(setting, "interpolation");
+  const Look look{valueOf(setting, "level", finest, finest), 0, switchOf(setting, "depth"),
+                  switchOf(setting, "interpolation")};
   samples_ = lightfield::samplesOf(setting, options_.samples);
+  look_ = look;
   description_.identity =
       fmt::format("spherical {} level {} depth {} interpolation {} samples {} driver {} {}",
                   hex(folder_.identity()), look_.detail, look_.depth, look_.interpolated, samples_,

@@ -74,6 +74,19 @@ TEST_F(OpacityMapRendererTest, DescribesItselfAndTakesItsKnobs) {
   EXPECT_THROW(lists.turn({{"layers", 1}}), Error);
 }
 
+TEST_F(OpacityMapRendererTest, ASettingThatIsRefusedChangesNothing) {
+  OpacityMapRenderer renderer(*folder_ / "maps");
+  const scene::Scene scene = sceneFrom({1, 0, 0}, *rest_);
+  const image::Image full = renderer.render(scene).color;
+  const std::string identity = renderer.describe().identity;
+  for (const knobs::Setting& setting :
+       {knobs::Setting{{"samples", 2}, {"terms", 4}}, {{"terms", 0}, {"layers", 0}}}) {
+    EXPECT_THROW(renderer.turn(setting), Error);
+    EXPECT_EQ(renderer.describe().identity, identity);
+    EXPECT_EQ(renderer.render(scene).color.values, full.values);
+  }
+}
+
 TEST_F(OpacityMapRendererTest, ReportsWhatAFrameTook) {
   OpacityMapRenderer renderer(*folder_ / "maps");
   const render::FrameReport report = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;

@@ -84,6 +84,19 @@ TEST_F(SphericalRendererTest, KnobsChangeThePixelsAndTheIdentity) {
     EXPECT_THROW(renderer.turn(setting), Error);
 }
 
+TEST_F(SphericalRendererTest, ASettingThatIsRefusedChangesNothing) {
+  SphericalRenderer renderer(*folder_ / "field");
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image full = renderer.render(scene).color;
+  const std::string identity = renderer.describe().identity;
+  for (const knobs::Setting& setting :
+       {knobs::Setting{{"level", 0}, {"samples", 0}}, {{"depth", 0}, {"interpolation", 2}}}) {
+    EXPECT_THROW(renderer.turn(setting), Error);
+    EXPECT_EQ(renderer.describe().identity, identity);
+    EXPECT_EQ(renderer.render(scene).color.values, full.values);
+  }
+}
+
 TEST_F(SphericalRendererTest, BudgetsThatAreTooSmallAreRefused) {
   EXPECT_THROW(SphericalRenderer(*folder_ / "field", {.budgets = {0, images(100)}}), Error);
   EXPECT_THROW(SphericalRenderer(*folder_ / "field", {.budgets = {images(100), images(20)}}), Error);
