@@ -77,7 +77,8 @@ ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress) : 
 ClosestViews ViewBlender::closest(uint32_t vertex, const Vec3<double>& viewer) const {
   const size_t first = field_.visible.first[vertex];
   const std::span<const uint32_t> views = field_.visible.of(vertex);
-  const Vec3<double> d = (viewer - field_.mesh.positions[vertex].cast<double>().raw()).normalized();
+  const Vec3<double> towards = viewer - field_.mesh.positions[vertex].cast<double>().raw();
+  const Vec3<double> d = towards.isZero(0) ? rings_.frame(vertex).z : towards.normalized();
   ClosestViews closest;
   if (field_.method == Method::vdtm) {
     closest = triangulations_[vertex].at(d);

@@ -38,7 +38,8 @@ public:
   // and Cancelled.
   explicit ViewBlender(const OpacityField& field, const Progress& progress = {});
 
-  // Closest views of a vertex that has triangles, as seen from a point.
+  // Closest views of a vertex that has triangles, as seen from a point; from the vertex itself they are those
+  // along its normal.
   ClosestViews closest(uint32_t vertex, const Vec3<double>& viewer) const;
   // Blend of each triangle. Equal for any number of threads. Adds seconds by stage: "closest views" of
   // vertices, and "blends" of triangles.

@@ -46,6 +46,19 @@ TEST(Combined, HoldsNineViews) {
 class Blends : public ::testing::TestWithParam<Method> {};
 INSTANTIATE_TEST_SUITE_P(ViewBlender, Blends, ::testing::Values(Method::vdtm, Method::ulr));
 
+TEST_P(Blends, SumToOneForAViewerAtAVertex) {
+  const OpacityField field = paintedField(lightfield::bumpySphere(0, 10), 30, 8, GetParam());
+  const ViewBlender blender(field);
+  for (uint32_t vertex = 0; vertex < field.mesh.positions.size(); ++vertex) {
+    if (field.visible.of(vertex).empty()) continue;
+    double sum = 0;
+    for (const WeightedView& view :
+         blender.closest(vertex, field.mesh.positions[vertex].cast<double>().raw()))
+      sum += view.weight;
+    EXPECT_NEAR(sum, 1, 1e-12) << vertex;
+  }
+}
+
 TEST_P(Blends, AgreeOnSharedEdgesAndSumToOne) {
   const OpacityField field = paintedField(lightfield::bumpySphere(0, 16), 60, 8, GetParam());
   const ViewBlender blender(field);
