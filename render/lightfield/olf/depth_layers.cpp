@@ -2,6 +2,8 @@
 
 #include "render/lightfield/olf/storage_bindings.h"
 
+#include <limits>
+
 namespace surflect::olf {
 
 DepthLayers::DepthLayers(int width, int height)
@@ -16,13 +18,17 @@ DepthLayers::DepthLayers(int width, int height)
 void DepthLayers::draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most,
                        FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer) {
   counter_.bind(kCounter);
+  size_t before = std::numeric_limits<size_t>::max(); // fragments of the layer before
   for (size_t layer = 0; layer < most; ++layer) {
     gl::Framebuffer& own = targets_[layer % 2];
     own.clearColor(0, {0, 0, 0, 0});
     own.clearDepth();
     counter_.clear(0);
     const size_t found = drawLayer({own, depths_[(layer + 1) % 2], layer == 0, counter_});
-    if (found == 0) return;
+    // A layer takes a fragment of each pixel that has any; without this a driver that rounds depths as it
+    // stores them would draw for ever.
+    if (found == 0 || found >= before) return;
+    before = found;
     counts.fragments += found, ++counts.layers;
     const std::array<const gl::Texture*, 1> drawn{&color_};
     gl::draw({target, compose, drawn, {.blend = {gl::Factor::oneMinusTargetAlpha, gl::Factor::one}}}, none_,

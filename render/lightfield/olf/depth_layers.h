@@ -33,8 +33,9 @@ public:
   int width() const { return color_.shape().width; }
   int height() const { return color_.shape().height; }
 
-  // Calls drawLayer(), which returns the number of fragments, for at most `most` layers, until one has none;
-  // and draws each onto the target by a program that reads it as texture 0, such as compose.frag.
+  // Calls drawLayer(), which returns the number of fragments, for at most `most` layers, until one has none
+  // or no fewer than the one before; and draws each onto the target by a program that reads it as texture 0,
+  // such as compose.frag.
   void draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most, FrameCounts& counts,
             const std::function<size_t(const PeeledLayer&)>& drawLayer);
 

@@ -3,8 +3,10 @@
 #include "render/lightfield/olf/reference.h"
 #include "tests/render/gl/gl_test.h"
 #include "tests/render/lightfield/olf/painted_field.h"
+#include "tests/render/lightfield/slf/meshes.h"
 #include "tests/support/random.h"
 
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -86,6 +88,31 @@ TEST_F(OpacityFrameTest, PeelingStopsAtAnEmptyLayer) {
   FrameCounts counts;
   rendered(frame, blender, studio::cameraFrom<AcquisitionSpace>({1, 0, 0.3}, kSize), &counts);
   EXPECT_EQ(counts.passes, 2u); // one layer faces the viewer
+}
+
+// Triangles around the viewer are seen edge-on: rounding gives them any depth.
+TEST_F(OpacityFrameTest, PeelingEndsForAViewerAtAVertex) {
+  TriangleMesh mesh = slf::testing::bumpySphere(4, 7);
+  const Vec3<double> far(512, -256, 1024);
+  for (auto& p : mesh.positions)
+    p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.raw().cast<double>() + far));
+  const OpacityField field = paintedField(std::move(mesh), 20, 16, Method::ulr);
+  const ViewBlender blender(field);
+  OpacityFrame frame(field, Order::peel);
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (const auto& vertex : field.mesh.positions)
+    for (int trial = 0; trial < 10; ++trial) {
+      capture::Camera<AcquisitionSpace> camera;
+      camera.lens.width = camera.lens.height = 60;
+      camera.lens.focalX = camera.lens.focalY = 10 + 40 * number(random);
+      camera.lens.centerX = 120 * number(random) - 30, camera.lens.centerY = 30;
+      camera.cameraFromWorld = {Mat3<double>::Identity(), -vertex.cast<double>().raw()};
+      FrameCounts counts;
+      for (const float value : rendered(frame, blender, camera, &counts).values)
+        ASSERT_TRUE(std::isfinite(value));
+      ASSERT_LE(counts.passes, 1 + field.mesh.triangles.size());
+    }
 }
 
 TEST_F(OpacityFrameTest, EqualDepthsAreInTheOrderOfTheMesh) {
