@@ -8,35 +8,18 @@
 #include "render/scene/script.h"
 #include "render/verify/frame_checks.h"
 #include "tests/render/films.h"
-#include "tests/support/random.h"
+#include "tests/stability/dice.h"
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
-#include <random>
 #include <string>
 
 namespace surflect::stability {
 namespace {
 
 constexpr int kSize = 20; // of pictures, pixels
-
-class Dice {
-public:
-  explicit Dice(unsigned seed) : random_(seed) {}
-  double within(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(random_);
-  }
-  // Its logarithm is even.
-  double scale(double low, double high) { return std::exp(within(std::log(low), std::log(high))); }
-  int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
-  bool isRare() { return below(6) == 0; }
-  Vec3<double> unit() { return randomUnit(random_); }
-
-private:
-  std::mt19937 random_;
-};
 
 warp::WarpPointer formulas(const std::string& x, const std::string& y, const std::string& z) {
   return warp::expressionWarp(warp::Expression(x, warp::warpVariables),
@@ -74,18 +57,6 @@ warp::WarpPointer randomWarp(Dice& dice) {
   default:
     return formulas("exp(40*x)", "y*exp(40*x)", "z"); // beyond floats in a part
   }
-}
-
-// Looks past a place, from far away or from within.
-capture::Camera<ObjectSpace> randomCamera(Dice& dice, const Vec3<double>& place) {
-  auto camera = studio::cameraFrom<ObjectSpace>(dice.unit(), kSize);
-  if (dice.isRare()) camera.lens.model = capture::Lens::Model::orthographic;
-  const double distance = dice.isRare() ? dice.scale(1e-3, 1e6) : dice.within(0, 6);
-  const Mat3<double> rotation = camera.cameraFromWorld.rotation();
-  camera.cameraFromWorld = {rotation, Vec3<double>(dice.within(-1, 1), dice.within(-1, 1), -distance) -
-                                          rotation * place};
-  camera.lens.focalX = camera.lens.focalY = dice.isRare() ? dice.scale(0.5, 1e4) : dice.within(8, 60);
-  return camera;
 }
 
 scene::ShotLight randomLight(Dice& dice, const model::Model& model) {
@@ -152,7 +123,7 @@ std::string complaint(const model::Model& model, unsigned seed, Tally& tally) {
   const auto& aim = model.cloud.p0[static_cast<size_t>(dice.below(static_cast<int>(model.cloud.size())))];
   Vec3<double> place = warp->position(aim.raw().cast<double>());
   if (!place.allFinite() || place.norm() > 1e9) place = Vec3<double>::Zero();
-  const scene::Scene scene{*warp, randomCamera(dice, place), lights};
+  const scene::Scene scene{*warp, randomCamera(dice, place, kSize), lights};
   const surfels::FrameOptions options = randomOptions(dice, model);
 
   surfels::FrameWorkspace workspace(model, size_t{1} << 24);
