@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cstring>
 #include <limits>
 #include <string>
 
@@ -147,7 +146,7 @@ template <class Space> RayCaster<Space>::RayCaster(const Mesh<Space>& mesh, cons
   for (const auto& p : mesh.positions) vertices = std::copy_n(scene->recentred(p).data(), 3, vertices);
   auto* indices = scene->template buffer<uint32_t>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3,
                                                    3 * sizeof(uint32_t), mesh.triangles.size());
-  std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+  for (const auto& triangle : mesh.triangles) indices = std::ranges::copy(triangle, indices).out;
   scene->commit(geometry, progress);
   scene_ = std::move(scene);
 }

@@ -29,6 +29,11 @@ TriangleMesh square(uint32_t n) {
   return mesh;
 }
 
+TEST(RayCaster, NothingIsHitInAnEmptyMesh) {
+  const RayCaster<AcquisitionSpace> caster(TriangleMesh{});
+  EXPECT_FALSE(caster.firstHit(Position(0, 0, 1), Direction(0, 0, -1)));
+}
+
 TEST(RayCaster, HitsWhereTheRayMeetsTheSquareAndNowhereElse) {
   const RayCaster<AcquisitionSpace> caster(square(7));
   std::mt19937 random(1);
