@@ -148,6 +148,22 @@ TEST_F(SlfFrameTest, SixDirectionsSuffice) {
   }
 }
 
+TEST_F(SlfFrameTest, GouraudWeightsStayWithin0And1WhereTrianglesReachBehindTheCamera) {
+  const SyntheticOptions options{.cells = 2, .quads = 8, .texels = 16, .subdivisions = 0};
+  const Field field = syntheticField(options);
+  const SyntheticTextures textures(field, options);
+  FrameRenderer renderer(field, textures, {}, context_->describe().limits);
+  std::mt19937 random(16);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Camera camera = cameraAt(1.3 * randomUnit(random), randomUnit(random), 40, 30, 6);
+    const Frame frame = renderer.render(camera, {.basis = Basis::gouraud, .observed = true});
+    for (const float observed : frame.observed.values) {
+      ASSERT_GE(observed, 0) << trial;
+      ASSERT_LE(observed, 1.0001f) << trial;
+    }
+  }
+}
+
 TEST_F(SlfFrameTest, CullingDoesNotChangeABit) {
   FrameRenderer renderer = rendererOf();
   std::mt19937 random(4);
