@@ -1,7 +1,7 @@
 #version 450 core
 // Radiance of a ray by one pencil; the class Reference of reference.h has the plain form, reprojection.h the symbols.
 
-const int kMostSteps = 64, kRefinements = 6;
+const int kMostSteps = 64, kRefinements = 10;
 const float kSolid = 0.5, kNoHeight = -9.0;
 
 in vec3 crossingScaled;

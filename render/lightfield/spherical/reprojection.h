@@ -29,7 +29,7 @@ std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& at
                                 const Vec2<double>& slope, double start, double mip);
 
 inline constexpr double kSolid = 0.5;
-inline constexpr int kMostSteps = 64, kRefinements = 6;
+inline constexpr int kMostSteps = 64, kRefinements = 10;
 
 // Number of steps of heightMet().
 int stepsOf(const Vec2<double>& slope, int size, double mip);
