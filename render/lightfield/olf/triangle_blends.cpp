@@ -77,8 +77,10 @@ ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress) : 
 ClosestViews ViewBlender::closest(uint32_t vertex, const Vec3<double>& viewer) const {
   const size_t first = field_.visible.first[vertex];
   const std::span<const uint32_t> views = field_.visible.of(vertex);
-  const Vec3<double> towards = viewer - field_.mesh.positions[vertex].cast<double>().raw();
-  const Vec3<double> d = towards.isZero(0) ? rings_.frame(vertex).z : towards.normalized();
+  const Vec3<double> p = field_.mesh.positions[vertex].cast<double>().raw();
+  // A viewer at the vertex sees it from no direction: its first view answers.
+  const Vec3<double> d =
+      (viewer == p ? Vec3<double>(centers_[views[0]] - p) : Vec3<double>(viewer - p)).normalized();
   ClosestViews closest;
   if (field_.method == Method::vdtm) {
     closest = triangulations_[vertex].at(d);
