@@ -3,4 +3,7 @@
 #include "shade.glsl"
 out vec4 result;
 
-void main() { result = shaded(); }
+void main() {
+  result = shaded();
+  result.a = clamp(result.a, 0.0, 1.0); // weights may be extrapolated at an edge
+}

@@ -81,7 +81,7 @@ void main() {
   if (height == kNoHeight) return;
   vec2 place = plane + height * slope;
   if (any(lessThan(place, vec2(0.0))) || any(greaterThan(place, vec2(1.0)))) return;
-  color = weight * textureLod(colors, vec3(place, viewerAndSlot.w), mip);
+  color = max(weight, 0.0) * textureLod(colors, vec3(place, viewerAndSlot.w), mip);
   // The scale is the ray's descent, and gl_FragCoord.w the inverse of its part along the viewing axis.
   depthTimesAlpha = color.a * (e.z - height) / (crossingScaled.z * gl_FragCoord.w);
 }
