@@ -9,10 +9,10 @@
 #include "render/verify/frame_checks.h"
 #include "tests/render/films.h"
 #include "tests/stability/dice.h"
+#include "tests/stability/seeds.h"
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <string>
 
@@ -198,10 +198,5 @@ int run(unsigned count, unsigned first) {
 } // namespace surflect::stability
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: fuzz_frames COUNT [FIRST]\n");
-    return 2;
-  }
-  const auto number = [](const char* text) { return static_cast<unsigned>(std::strtoul(text, nullptr, 10)); };
-  return surflect::stability::run(number(argv[1]), argc > 2 ? number(argv[2]) : 0);
+  return surflect::stability::runSeeds(argc, argv, surflect::stability::run);
 }

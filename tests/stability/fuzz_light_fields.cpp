@@ -14,13 +14,13 @@
 #include "surfel/math/bounds.h"
 #include "tests/srf/image/files.h"
 #include "tests/stability/dice.h"
+#include "tests/stability/seeds.h"
 #include "tests/stability/tiny_light_fields.h"
 #include "warp/warp.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -133,7 +133,7 @@ knobs::Setting badSetting(Dice& dice, const render::Renderer& renderer) {
   return setting;
 }
 
-// What is wrong with the values of a picture alone.
+// Complaint about values of a picture by themselves; empty if there is none.
 std::string wrongValues(const render::FrameLayers& film, double brightest) {
   const auto& color = film.color.values;
   for (size_t i = 0; i < color.size(); ++i) {
@@ -327,10 +327,5 @@ int run(unsigned count, unsigned first) {
 } // namespace surflect::stability
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: fuzz_light_fields COUNT [FIRST]\n");
-    return 2;
-  }
-  const auto number = [](const char* text) { return static_cast<unsigned>(std::strtoul(text, nullptr, 10)); };
-  return surflect::stability::run(number(argv[1]), argc > 2 ? number(argv[2]) : 0);
+  return surflect::stability::runSeeds(argc, argv, surflect::stability::run);
 }
