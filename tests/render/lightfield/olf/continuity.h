@@ -27,13 +27,14 @@ inline double difference(const ClosestViews& a, const ClosestViews& b) {
 }
 
 struct PathChange {
-  double wide = 0, narrow = 0; // largest change between steps, and between steps of half the length
+  bool halves = false; // whether halving the steps nearly halves the largest change
   double last =
       0; // after the step with the largest change was halved 30 times, to the half that changes more
 };
 
+// Halves the steps up to 8 times, until a halving leaves at most .55 of the largest change between steps.
+// Weights that rise within less than a step, as in thin triangles, need several. A jump is never halved.
 inline PathChange changeAlong(const std::function<ClosestViews(double)>& viewsAt, int steps) {
-  PathChange change;
   double from = 0, to = 1;
   const auto largest = [&](int count) {
     double most = 0;
@@ -46,8 +47,14 @@ inline PathChange changeAlong(const std::function<ClosestViews(double)>& viewsAt
     }
     return most;
   };
-  change.wide = largest(steps);
-  change.narrow = largest(2 * steps);
+  PathChange change;
+  double before = largest(steps);
+  for (int halvings = 0; halvings < 8 && !change.halves; ++halvings) {
+    steps *= 2;
+    const double now = largest(steps);
+    change.halves = now <= 0.55 * before;
+    before = now;
+  }
   for (int halving = 0; halving < 30; ++halving) {
     const double middle = (from + to) / 2;
     const ClosestViews between = viewsAt(middle);

@@ -51,8 +51,8 @@ TEST_P(InBothDomains, WeightsAreNotNegativeAndSumToOneEverywhere) {
   }
 }
 
-// No jump along 1,000 paths. Halving the step nearly halves the largest change along most of them; others
-// cross triangles thinner than a step.
+// No jump along 1,000 paths, and halving the step nearly halves the largest change. On the plane, one path
+// crosses a triangle at the border that is as thin as 2e-6 of the path.
 TEST_P(InBothDomains, WeightsAreContinuousAlongPaths) {
   std::mt19937 random(4);
   int halved = 0;
@@ -62,10 +62,9 @@ TEST_P(InBothDomains, WeightsAreContinuousAlongPaths) {
     const PathChange change = changeAlong(
         [&](double share) { return triangulation.at(((1 - share) * from + share * to).normalized()); }, 300);
     EXPECT_LE(change.last, 1e-5) << "path " << path;
-    halved += change.narrow <= 0.55 * change.wide;
+    halved += change.halves;
   }
-  RecordProperty("halved", halved);
-  EXPECT_GE(halved, 900);
+  EXPECT_GE(halved, GetParam() == Domain::sphere ? 1000 : 999);
 }
 
 TEST_P(InBothDomains, ThreeViewsBlendByBarycentricWeights) {
