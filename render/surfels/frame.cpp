@@ -22,26 +22,12 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
-// Environments of the scene, in the order of its lights.
-std::vector<const PreparedEnvironment*> preparedFor(const shading::ReflectanceField& field,
-                                                    const scene::Scene& scene, const FrameOptions& options,
-                                                    EnvironmentCache& environments,
-                                                    const Progress& progress) {
-  std::vector<const PreparedEnvironment*> prepared;
-  for (const scene::ShotLight& light : scene.lights)
-    if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
-      prepared.push_back(&environments.prepared(coarsened(*environment, options.environmentError), field,
-                                                options.shade, progress));
-  return prepared;
-}
-
-void countLights(const shading::ReflectanceField& field, const scene::Scene& scene,
-                 const FrameOptions& options, std::span<const PreparedEnvironment* const> prepared,
+void countLights(const shading::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                  FrameStats& stats) {
-  stats.environments = prepared.size();
-  stats.lights = scene.lights.size() - prepared.size();
+  stats.environments = lit.environments.size();
+  stats.lights = lit.scene.lights.size() - lit.environments.size();
   if (shading::weighsPairs(field, options.shade)) stats.pairLights = stats.lights;
-  for (const PreparedEnvironment* environment : prepared)
+  for (const PreparedEnvironment* environment : lit.environments)
     (environment->table ? stats.tabulatedLights : stats.lights) += environment->lights.size();
 }
 
@@ -73,15 +59,17 @@ void addDirections(const shading::QueryBatch& batch, std::vector<Direction3<Acqu
 
 } // namespace
 
-FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
+FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& asked,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
   auto& [cache, environments, deformed, raster, occluders, levels, cut, patches, surfelsPerPatch, memory,
          stats] = workspace;
-  const auto prepared = preparedFor(field, scene, options, environments, progress);
+  const LitScene lit =
+      litScene(asked, options.environmentError, field, options.shade, environments, progress);
+  const scene::Scene& scene = lit.scene;
   prepareWorkspace(field, options, workspace, progress);
   stats = {};
   stats.cloud = field.cloud.size();
-  countLights(field, scene, options, prepared, stats);
+  countLights(field, lit, options, stats);
   StageClock clock(stats.seconds, stats.processorSeconds);
 
   if (options.surfelSize > 0)
@@ -119,8 +107,8 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
   const shading::FillBatch write = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
-    writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights, prepared,
-                 progress, batch);
+    writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights,
+                 lit.environments, progress, batch);
     batch.reached.clear();
     if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
     if (sharesWeights) addPlaces(queries, visible, begin, end, batch);

@@ -9,8 +9,17 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
                                        const shading::ReflectanceField& field,
                                        const shading::ShadeOptions& options, const Progress& progress) {
   const double spacing = std::min(1.0, shading::lightSpacing(field));
-  return {ulr::clusteredLights(map.texels, 0.9 * error * spacing * spacing, progress), extrapolation,
-          shading::lightTable(field, options, extrapolation)};
+  PreparedEnvironment prepared{ulr::clusteredLights(map.texels, 0.9 * error * spacing * spacing, progress),
+                               extrapolation,
+                               shading::lightTable(field, options, extrapolation),
+                               {}};
+  if (shading::weighsPairs(field, options)) {
+    const auto others =
+        prepared.lights.begin() + static_cast<ptrdiff_t>(ulr::moveKeyLightsFirst(prepared.lights));
+    prepared.keys.assign(prepared.lights.begin(), others);
+    prepared.lights.erase(prepared.lights.begin(), others);
+  }
+  return prepared;
 }
 
 scene::ShotEnvironment coarsened(scene::ShotEnvironment environment, double error) {
@@ -23,16 +32,35 @@ const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironme
                                                       const shading::ShadeOptions& options,
                                                       const Progress& progress) {
   const ulr::LightBlend blend = shading::lightBlend(field, options);
+  const bool weighsPairs = shading::weighsPairs(field, options);
   for (const Entry& entry : entries_)
     if (entry.map.lock() == environment.map && entry.error == environment.error &&
         entry.extrapolation == environment.extrapolation && entry.blend == blend &&
-        entry.nearest == options.nearest)
+        entry.nearest == options.nearest && entry.weighsPairs == weighsPairs)
       return entry.prepared;
   std::erase_if(entries_, [](const Entry& entry) { return entry.map.expired(); });
   entries_.push_back({environment.map, environment.error, environment.extrapolation, blend, options.nearest,
+                      weighsPairs,
                       prepareEnvironment(*environment.map, environment.error, environment.extrapolation,
                                          field, options, progress)});
   return entries_.back().prepared;
+}
+
+LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
+                  const shading::ShadeOptions& options, EnvironmentCache& cache, const Progress& progress) {
+  LitScene lit{scene, {}};
+  for (const scene::ShotLight& light : scene.lights) {
+    const auto* environment = std::get_if<scene::ShotEnvironment>(&light);
+    if (!environment) continue;
+    const PreparedEnvironment& prepared =
+        cache.prepared(coarsened(*environment, leastError), field, options, progress);
+    lit.environments.push_back(&prepared);
+    for (const ulr::EnvironmentLight& key : prepared.keys)
+      lit.scene.lights.push_back(
+          scene::ShotDirectionalLight{environment->objectFromEnvironment(key.towards.cast<double>()),
+                                      environment->strength * key.irradiance, environment->extrapolation});
+  }
+  return lit;
 }
 
 } // namespace surflect::surfels

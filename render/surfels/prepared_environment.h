@@ -1,5 +1,7 @@
 // Environment maps as the surfel renderer needs them: few directional lights, and a table of the captured
-// lights' weights.
+// lights' weights. Where photographs are weighted by pairs, the key lights of a map are lights of their own,
+// with highlights and shadows; the others are many and dim, so that their cameras and lights are weighted
+// apart.
 #pragma once
 
 #include "render/scene/scene.h"
@@ -14,9 +16,10 @@
 namespace surflect::surfels {
 
 struct PreparedEnvironment {
-  std::vector<ulr::EnvironmentLight> lights; // that stand for the map
+  std::vector<ulr::EnvironmentLight> lights; // that stand for the map, but for its key lights
   ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
-  std::optional<ulr::LightTable> table; // where shading::lightTable has one
+  std::optional<ulr::LightTable> table;    // where shading::lightTable has one
+  std::vector<ulr::EnvironmentLight> keys; // where photographs are weighted by pairs
 };
 
 // Replaces the map by enough directional lights to keep the sum of the absolute errors of the captured
@@ -46,10 +49,22 @@ private:
     double error;
     ulr::LightExtrapolation extrapolation;
     ulr::LightBlend blend;
-    bool nearest;
+    bool nearest, weighsPairs;
     PreparedEnvironment prepared;
   };
   std::list<Entry> entries_;
 };
+
+// A scene and its prepared environments, in the order of its lights. Their key lights are directional lights
+// of the scene, after its own.
+struct LitScene {
+  scene::Scene scene;
+  std::vector<const PreparedEnvironment*> environments;
+};
+
+// Environments have at least the given error. The result lives as long as the maps. Throws Cancelled.
+LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
+                  const shading::ShadeOptions& options, EnvironmentCache& cache,
+                  const Progress& progress = {});
 
 } // namespace surflect::surfels

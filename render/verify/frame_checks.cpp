@@ -74,17 +74,14 @@ public:
 private:
   // Queries of all visible surfels, and what their plans answer.
   void ask() {
-    std::vector<const surfels::PreparedEnvironment*> prepared;
-    for (const scene::ShotLight& light : scene_.lights)
-      if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light))
-        prepared.push_back(
-            &workspace_.environments.prepared(*environment, model_, options_.shade, progress_));
-    batch_ =
-        surfels::queriesAt(model_.cloud, cloud_, visible_, scene_.camera, scene_.lights, prepared, progress_);
+    const surfels::LitScene lit = surfels::litScene(scene_, options_.environmentError, model_, options_.shade,
+                                                    workspace_.environments, progress_);
+    batch_ = surfels::queriesAt(model_.cloud, cloud_, visible_, scene_.camera, lit.scene.lights,
+                                lit.environments, progress_);
     if (options_.shadows.value_or(model_.interpolation.shadows) && batch_.lights > 0 &&
         model_.lightVisibility && model_.levels && shading::weighsPairs(model_, options_.shade)) {
       if (!workspace_.occluders) workspace_.occluders = occludersOf(model_.cloud, *model_.levels);
-      surfels::CastShadows(*workspace_.occluders, model_.cloud, scene_, progress_)
+      surfels::CastShadows(*workspace_.occluders, model_.cloud, lit.scene, progress_)
           .fill(cloud_, visible_, batch_);
     }
     plan();

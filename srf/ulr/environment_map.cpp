@@ -215,6 +215,16 @@ std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> ligh
   return result;
 }
 
+size_t moveKeyLightsFirst(std::span<EnvironmentLight> lights) {
+  const auto strength = [](const Rgb& rgb) { return double{rgb.r} + double{rgb.g} + double{rgb.b}; };
+  double total = 0;
+  for (const EnvironmentLight& light : lights) total += strength(light.irradiance);
+  const double least = total * std::min(2 / static_cast<double>(lights.size()), 1. / 16);
+  const auto others = std::ranges::stable_partition(
+      lights, [&](const EnvironmentLight& light) { return strength(light.irradiance) >= least; });
+  return lights.size() - others.size();
+}
+
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights) {
   Vec3<double> sum = Vec3<double>::Zero();
   for (const EnvironmentLight& light : lights)

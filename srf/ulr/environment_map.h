@@ -66,6 +66,11 @@ inline constexpr size_t kMaxClusteredLights = 4096;
 std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,
                                               const Progress& progress = {});
 
+// Moves the key lights of an environment to the front, each part in its order, and returns their number. A
+// key light has at least twice the mean strength of a light, or a sixteenth of all: the sun, windows, or each
+// of a few. Strength is the sum of the channels of irradiance.
+size_t moveKeyLightsFirst(std::span<EnvironmentLight> lights);
+
 // Sum of irradiances; 4 pi times the radiance of a constant map.
 Rgb totalIrradiance(std::span<const EnvironmentLight> lights);
 

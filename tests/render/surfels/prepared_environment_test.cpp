@@ -132,11 +132,15 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
                                                            solidAngle * Rgb{300, 400, 200}}};
     // Seen from the side of the light, where a light from another direction would be visible at once.
     const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
-    const image::Image expected = filmOf(model(), *noWarp(), facing, lamp).color;
-    const image::Image got = filmOf(model(), *noWarp(), facing, lights).color;
-    const float brightest = *std::ranges::max_element(expected.values);
-    EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
-    EXPECT_GT(largestDifference(got, image::Image(got.width, got.height, 4)), 0.5 * brightest);
+    for (const auto interpolation : {ulr::Interpolation::separate, ulr::Interpolation::kriging}) {
+      FrameOptions options;
+      options.shade.interpolation = interpolation;
+      const image::Image expected = filmOf(model(), *noWarp(), facing, lamp, options).color;
+      const image::Image got = filmOf(model(), *noWarp(), facing, lights, options).color;
+      const float brightest = *std::ranges::max_element(expected.values);
+      EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
+      EXPECT_GT(largestDifference(got, image::Image(got.width, got.height, 4)), 0.5 * brightest);
+    }
   }
 }
 
@@ -306,6 +310,34 @@ TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
   EXPECT_LT(largestDifference(both.aovs.at("light_blend"), mean), 1e-5);
 }
 
+// What kriging changes is what it changes of the key lights.
+TEST_F(EnvironmentOfSphere, KeyLightsAreWeightedByPairs) {
+  FrameOptions separate, kriging;
+  separate.shade.interpolation = ulr::Interpolation::separate;
+  kriging.shade.interpolation = ulr::Interpolation::kriging;
+  const auto prepared = prepareEnvironment(*map, 0.01, ulr::LightExtrapolation::fade, model(), kriging.shade);
+  const auto whole = prepareEnvironment(*map, 0.01, ulr::LightExtrapolation::fade, model(), separate.shade);
+  EXPECT_TRUE(whole.keys.empty());
+  EXPECT_GE(prepared.keys.size(), 2u); // the suns
+  EXPECT_EQ(prepared.keys.size() + prepared.lights.size(), whole.lights.size());
+
+  std::vector<ShotLight> keys;
+  for (const ulr::EnvironmentLight& key : prepared.keys)
+    keys.push_back(
+        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(key.towards.raw().cast<double>()),
+                             key.irradiance, prepared.extrapolation});
+  const auto change = [&](const std::vector<ShotLight>& lights) {
+    image::Image film = filmOf(model(), *noWarp(), camera, lights, kriging).color;
+    const image::Image apart = filmOf(model(), *noWarp(), camera, lights, separate).color;
+    for (size_t i = 0; i < film.values.size(); ++i) film.values[i] -= apart.values[i];
+    return film;
+  };
+  const image::Image ofMap = change(lightOf(map)), ofKeys = change(keys);
+  const float most = *std::ranges::max_element(ofKeys.values);
+  EXPECT_GT(most, 0);
+  EXPECT_LT(largestDifference(ofMap, ofKeys), 0.02 * most);
+}
+
 TEST_F(EnvironmentOfSphere, IsPreparedOnceForEachMapAndSetting) {
   EnvironmentCache cache;
   const auto light = [&](double error) {
@@ -320,6 +352,9 @@ TEST_F(EnvironmentOfSphere, IsPreparedOnceForEachMapAndSetting) {
   shading::ShadeOptions nearest;
   nearest.nearest = true;
   EXPECT_NE(&cache.prepared(light(0.01), model(), nearest), &fine);
+  shading::ShadeOptions kriging;
+  kriging.interpolation = ulr::Interpolation::kriging;
+  EXPECT_NE(&cache.prepared(light(0.01), model(), kriging), &fine);
 }
 
 } // namespace

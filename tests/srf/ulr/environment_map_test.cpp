@@ -163,6 +163,43 @@ TEST(Environment, GrayShinesInAllChannels) {
   EXPECT_EQ(total.r, total.b);
 }
 
+std::vector<EnvironmentLight> lightsOf(std::initializer_list<float> strengths) {
+  std::vector<EnvironmentLight> lights;
+  for (const float strength : strengths) lights.push_back({{0, 1, 0}, {strength, 0, 0}});
+  return lights;
+}
+
+TEST(KeyLights, AreAtLeastTwiceTheMeanAndKeepTheirOrder) {
+  std::vector<EnvironmentLight> lights(40, {{0, 1, 0}, {1, 1, 1}});
+  lights[7].irradiance = {9, 0, 0};
+  lights[30].irradiance = {0, 0, 8};
+  lights[31].irradiance = {3, 1, 1}; // the mean is 3.2
+  const std::vector<EnvironmentLight> before = lights;
+  ASSERT_EQ(moveKeyLightsFirst(lights), 2u);
+  EXPECT_EQ(lights[0], before[7]);
+  EXPECT_EQ(lights[1], before[30]);
+  EXPECT_TRUE(std::ranges::is_permutation(lights, before));
+}
+
+TEST(KeyLights, AreAllOfAFew) {
+  std::vector<EnvironmentLight> one = lightsOf({3}), equal(16, {{0, 1, 0}, {1, 1, 1}}), more = equal, none;
+  more.push_back(equal[0]);
+  EXPECT_EQ(moveKeyLightsFirst(one), 1u);
+  EXPECT_EQ(moveKeyLightsFirst(equal), 16u);
+  EXPECT_EQ(moveKeyLightsFirst(more), 0u);
+  EXPECT_EQ(moveKeyLightsFirst(none), 0u);
+}
+
+TEST(KeyLights, AConstantMapHasNone) {
+  const auto texels =
+      environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
+          .texels;
+  for (const double spread : {0.05, 0.01, 0.002}) {
+    auto lights = clusteredLights(texels, spread);
+    EXPECT_EQ(moveKeyLightsFirst(lights), 0u) << spread;
+  }
+}
+
 TEST(Gathered, KeepsTheLightOfEveryChannel) {
   const image::Image image = image::randomImage(64, 32, 3, 0, 2, 4);
   const auto texels = environmentOf(image, EnvironmentMapping::latLong).texels;
