@@ -6,6 +6,7 @@
 #include "render/evaluation/rank_correlation.h"
 #include "render/evaluation/sparsification.h"
 #include "render/evaluation/true_frames.h"
+#include "render/scene/environment_files.h"
 
 #include <fmt/format.h>
 
@@ -115,12 +116,16 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   const auto renderer = render::openRenderer(arguments.model, arguments.options, progress);
   renderer->turn(arguments.setting);
   const capture::Capture capture = arguments.capture.read();
-  warp::WarpPointer warp = warp::chainWarp({});
-  if (!arguments.script.empty()) {
-    const scene::Script script = scene::readScript(arguments.script, renderer->describe().rig.origin);
-    warp = scene::warpAt(script, scene::shotTime(script, arguments.frame));
-  }
   evaluation::EvaluateOptions options;
+  warp::WarpPointer warp = warp::chainWarp({});
+  const capture::Capture& rig = renderer->describe().rig;
+  if (!arguments.script.empty()) {
+    const scene::Script script = scene::readScript(arguments.script, rig.origin);
+    const warp::ShotTime time = scene::shotTime(script, arguments.frame);
+    warp = scene::warpAt(script, time);
+    if (!rig.lights.empty())
+      options.lights = scene::lightsAt(script, time, scene::readEnvironments(script, progress));
+  }
   options.split = arguments.split == "train" ? capture::Split::train : capture::Split::test;
   const auto isAsked = [&](const char* baseline) {
     return std::ranges::count(arguments.baselines, baseline) > 0;
@@ -193,8 +198,9 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->check(CLI::IsMember({"nearest", "lambert"}));
   command->add_flag("--confidence", arguments->confidence,
                     "also compare the predicted errors of the AOV confidence with the true ones");
-  CLI::Option* script =
-      command->add_option("--script", arguments->script, "warps that the photographed object went through");
+  CLI::Option* script = command->add_option(
+      "--script", arguments->script,
+      "warps that the photographed object went through, and lights of photographs that name none");
   command->add_option("--frame", arguments->frame, "frame of the script")
       ->capture_default_str()
       ->check(frameNumber())

@@ -66,7 +66,7 @@ Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, 
       progress.checkpoint();
       const capture::Frame& frame = capture.frames[frames[view][i]];
       FrameScore result;
-      bool knownLight = true;
+      bool knownLight = options.lights.empty();
       if (frame.light) {
         const capture::Light& light = capture.lights[*frame.light];
         result.light = light.identity;
@@ -76,7 +76,8 @@ Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, 
       }
       result.camera = capture.views[view].identity;
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
-      const scene::Scene scene = truths.sceneOf(frames[view][i]);
+      scene::Scene scene = truths.sceneOf(frames[view][i]);
+      if (!frame.light) scene.lights = options.lights;
       const std::vector<std::string> aovs(options.confidence ? 1 : 0, "confidence");
       const render::FrameLayers layers = renderer.render(scene, aovs, progress);
       const image::Image& ours = layers.color;

@@ -4,6 +4,7 @@
 #include "render/evaluation/measure.h"
 #include "render/evaluation/tile_errors.h"
 #include "render/renderer.h"
+#include "render/scene/scene.h"
 #include "surfel/base/progress.h"
 
 #include <map>
@@ -14,6 +15,7 @@ namespace surflect::evaluation {
 
 struct EvaluateOptions {
   capture::Split split = capture::Split::test;
+  std::vector<scene::ShotLight> lights = {}; // of frames that name no light
   // Renderers of the same model that are scored by the same protocol, by name.
   std::map<std::string, render::Renderer*> others = {};
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
@@ -50,11 +52,11 @@ struct Evaluation {
   std::vector<FrameScore> frames;
 };
 
-// Renders every frame of the capture's split with its own camera and light, and compares. The object is
-// deformed by `warp`, which acts in model coordinates; the capture may have another origin. Cameras and
-// lights of the model's rig count as known. Throws Error if the split is empty, if no frame has an object
-// pixel, if the Lambert surface is requested and a camera has no photographs that determine normals, or if
-// confidence is requested of a renderer without it.
+// Renders every frame of the capture's split with its own camera and light, or those of the options, and
+// compares. The object is deformed by `warp`, which acts in model coordinates; the capture may have another
+// origin. Cameras and lights of the model's rig count as known. Throws Error if the split is empty, if no
+// frame has an object pixel, if the Lambert surface is requested and a camera has no photographs that
+// determine normals, or if confidence is requested of a renderer without it.
 Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 

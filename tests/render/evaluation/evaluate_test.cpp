@@ -311,6 +311,28 @@ TEST(Evaluate, FixedIlluminationHasNoLight) {
   EXPECT_GT(psnr(evaluation.frames[0].score.interiorError.mean()), 44);
 }
 
+// A photograph that names no light is rendered under those of the options; here it was taken under light 2.
+TEST(Evaluate, PhotographsWithoutALightHaveThoseOfTheOptions) {
+  const PackedStudio packed(testStudio(), 1000);
+  capture::Capture capture = packed.capture;
+  std::erase_if(capture.frames, [](const capture::Frame& frame) { return frame.light != 2u; });
+  const auto pooled = [&](const EvaluateOptions& options) {
+    Score sum;
+    for (const FrameScore& frame : evaluated(packed.model, capture, options).frames) {
+      EXPECT_EQ(frame.group, options.lights.empty() ? "known" : "new_light");
+      sum += frame.score;
+    }
+    return sum.difference.psnrLinear();
+  };
+  EvaluateOptions options = ofTraining();
+  const double named = pooled(options);
+  for (capture::Frame& frame : capture.frames) frame.light.reset();
+  options.lights = {scene::inObjectSpace(capture.lights[2])};
+  EXPECT_EQ(pooled(options), named);
+  options.lights = {scene::inObjectSpace(capture.lights[3])};
+  EXPECT_LT(pooled(options), named - 3);
+}
+
 TEST(Evaluate, FrontLitIsWhenLightAndCameraStandOnOneSide) {
   const PackedStudio packed(testStudio(), 300);
   for (const FrameScore& frame : evaluated(packed.model, packed.capture, ofTraining()).frames) {
