@@ -200,7 +200,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
 // Compares with a light for each texel of the map, without a table, under a warp.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
-  const PreparedEnvironment exact{map->texels, ulr::LightExtrapolation::fade, std::nullopt};
+  const PreparedEnvironment exact{map->texels, ulr::LightExtrapolation::fade, std::nullopt, {}};
   const PreparedEnvironment* const environments[] = {&exact};
   const auto deformed = warp::deform(model().cloud, *warp);
   const splat::SplatRaster raster = look(camera, model().cloud, deformed);
