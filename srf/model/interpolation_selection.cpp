@@ -35,7 +35,7 @@ std::vector<Candidate> candidatesFor(const Model& model, bool hasNormals) {
     if (!isPossible) continue;
     for (const bool shadows : {false, true})
       for (const bool reciprocal : {false, true})
-        for (const float half : {0.8f, 0.4f, 0.2f, 0.1f})
+        for (const float half : {1.6f, 0.8f, 0.4f, 0.2f, 0.1f})
           if ((!reciprocal || foreshortened) && (!shadows || model.lightVisibility))
             candidates.push_back({{ulr::Interpolation::kriging, half, reciprocal, shadows}, foreshortened});
   }

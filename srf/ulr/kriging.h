@@ -33,7 +33,7 @@ namespace surflect::ulr {
 
 // Change of direction, as a chord, over which reflectance stays alike.
 struct KrigingScales {
-  float half = 0.2f, light = 2, view = 2, shadow = 0.4f;
+  float half = 0.2f, light = 1, view = 2, shadow = 0.4f;
   friend bool operator==(const KrigingScales&, const KrigingScales&) = default;
 };
 
