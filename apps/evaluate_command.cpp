@@ -51,7 +51,7 @@ Json summaryOf(const evaluation::Evaluation& evaluation,
   for (const evaluation::FrameScore& frame : evaluation.frames) {
     all += scoreOf(frame);
     groups[frame.group] += scoreOf(frame);
-    groups[frame.frontLit ? "front_lit" : "back_lit"] += scoreOf(frame);
+    if (frame.frontLit) groups[*frame.frontLit ? "front_lit" : "back_lit"] += scoreOf(frame);
   }
   Json json = scoreJson(all);
   for (const auto& [group, score] : groups) json["groups"][group] = scoreJson(score);
@@ -123,7 +123,8 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
     const scene::Script script = scene::readScript(arguments.script, rig.origin);
     const warp::ShotTime time = scene::shotTime(script, arguments.frame);
     warp = scene::warpAt(script, time);
-    if (!rig.lights.empty())
+    if (!rig.lights.empty() &&
+        std::ranges::any_of(capture.frames, [](const auto& frame) { return !frame.light; }))
       options.lights = scene::lightsAt(script, time, scene::readEnvironments(script, progress));
   }
   options.split = arguments.split == "train" ? capture::Split::train : capture::Split::test;
@@ -159,8 +160,8 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
     Json entry = {{"camera", frame.camera},
                   {"light", frame.light},
                   {"group", frame.group},
-                  {"lit", frame.frontLit ? "front" : "back"},
                   {"mask_iou", frame.maskIou}};
+    if (frame.frontLit) entry["lit"] = *frame.frontLit ? "front" : "back";
     entry.update(scoreJson(frame.score));
     for (const auto& [name, score] : frame.others) entry[kBaselines.at(name)] = scoreJson(score);
     report["frames"].push_back(std::move(entry));

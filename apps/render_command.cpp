@@ -86,7 +86,7 @@ Json environmentJson(const scene::Environment& environment, const render::Enviro
           {"replaced_texels", environment.map->replaced},
           {"clamped_texels", environment.map->clamped},
           {"lights", prepared.lights},
-          {"key_lights", prepared.keys},
+          {"key_lights", prepared.keyLights},
           {"tabulated", prepared.tabulated},
           {"seconds", environment.seconds + prepared.seconds}};
 }

@@ -48,7 +48,7 @@ struct Description {
 
 struct EnvironmentReport {
   size_t lights = 0;      // that stand for the map; 0: the map is used as it is
-  size_t keys = 0;        // of these: lights of their own, whose photographs are weighted by pairs
+  size_t keyLights = 0;   // among them, whose photographs are weighted by pairs
   bool tabulated = false; // whether weights of captured lights are looked up in a table
   double seconds = 0;
 };

@@ -1,5 +1,6 @@
 #include "bench/accuracy/directions.h"
 
+#include "render/surfels/cast_shadows.h"
 #include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
@@ -44,6 +45,10 @@ public:
     const DeformedCloud cloud = warp::deform(rest, scene.warp);
     const splat::SplatRaster raster = surfels::look(scene.camera, rest, cloud);
     shading::QueryBatch batch = surfels::queriesAt(rest, cloud, raster.visible, scene.camera, scene.lights);
+    if (surfels::castsShadows(model_, {})) {
+      if (!occluders_) occluders_ = occludersOf(rest, *model_.levels);
+      surfels::CastShadows(*occluders_, rest, scene).fill(cloud, raster.visible, batch);
+    }
     for (size_t query = 0; query < batch.size(); ++query) {
       const size_t surfel = batch.surfels[query];
       const Mat3<double> frame = rotationOf<double>(rest.r0[surfel]);
@@ -67,6 +72,7 @@ private:
   DirectionsBack back_;
   render::Description description_;
   codec::BlockCache cache_;
+  std::optional<Occluders> occluders_; // found by the first frame that needs them
 };
 
 } // namespace

@@ -8,6 +8,7 @@
 #include "surfel/base/progress.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace surflect::evaluation {
 
 struct EvaluateOptions {
   capture::Split split = capture::Split::test;
-  std::vector<scene::ShotLight> lights = {}; // of frames that name no light
+  std::vector<scene::ShotLight> lights = {}; // light photographs that name no light, as new lights
   // Renderers of the same model that are scored by the same protocol, by name.
   std::map<std::string, render::Renderer*> others = {};
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
@@ -39,7 +40,9 @@ struct Score {
 struct FrameScore {
   std::string camera, light; // identities
   std::string group;         // known, new_camera, new_light or new_both
-  bool frontLit = true;      // whether light and camera are on the same side of the object's centre
+  // Whether light and camera are on the same side of the object's centre. Empty for a frame that names no
+  // light.
+  std::optional<bool> frontLit;
   double maskIou = 0;
   size_t invalidTexels = 0; // of the photograph: NaN or infinite, in no score
   Score score;
@@ -52,11 +55,11 @@ struct Evaluation {
   std::vector<FrameScore> frames;
 };
 
-// Renders every frame of the capture's split with its own camera and light, or those of the options, and
-// compares. The object is deformed by `warp`, which acts in model coordinates; the capture may have another
-// origin. Cameras and lights of the model's rig count as known. Throws Error if the split is empty, if no
-// frame has an object pixel, if the Lambert surface is requested and a camera has no photographs that
-// determine normals, or if confidence is requested of a renderer without it.
+// Renders every frame of the capture's split with its own camera and light, and compares; options.lights
+// light frames that name none. The object is deformed by `warp`, which acts in model coordinates; the capture
+// may have another origin. Cameras and lights of the model's rig count as known. Throws Error if the split is
+// empty, if no frame has an object pixel, if the Lambert surface is requested and a camera has no photographs
+// that determine normals, or if confidence is requested of a renderer without it.
 Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 

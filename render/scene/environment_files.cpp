@@ -14,7 +14,7 @@ std::vector<Environment> readEnvironments(const Script& script, const Progress& 
     const Stopwatch watch;
     const auto map = std::make_shared<const ulr::EnvironmentMap>(
         ulr::readEnvironment(light->image, light->mapping, progress));
-    static_assert(sizeof(ulr::EnvironmentLight) == 6 * sizeof(float)); // no padding to hash
+    static_assert(sizeof(ulr::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
     const uint64_t hash = contentHash(std::as_bytes(std::span(map->texels)));
     environments.push_back({light->image, map, hash, watch.seconds()});
   }

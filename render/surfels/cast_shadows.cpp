@@ -1,7 +1,7 @@
 #include "render/surfels/cast_shadows.h"
 
+#include "srf/shading/light_weights.h"
 #include "srf/ulr/light_visibility.h"
-
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
@@ -10,6 +10,12 @@
 #include <limits>
 
 namespace surflect::surfels {
+
+bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
+                  std::optional<bool> choice) {
+  return choice.value_or(field.interpolation.shadows) && field.lightVisibility && field.levels &&
+         shading::weighsPairs(field, options);
+}
 
 CastShadows::CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
                          const Progress& progress)

@@ -3,12 +3,19 @@
 
 #include "render/scene/scene.h"
 #include "srf/shading/query.h"
+#include "srf/shading/reflectance_field.h"
 #include "surfel/occluders.h"
 
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace surflect::surfels {
+
+// True if photographs are told from one another by whether they show a surfel lit: the model's choice, or the
+// one given.
+bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
+                  std::optional<bool> choice = {});
 
 class CastShadows {
 public:

@@ -59,12 +59,12 @@ void addDirections(const shading::QueryBatch& batch, std::vector<Direction3<Acqu
 
 } // namespace
 
-FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& asked,
+FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& requested,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
   auto& [cache, environments, deformed, raster, occluders, levels, cut, patches, surfelsPerPatch, memory,
          stats] = workspace;
   const LitScene lit =
-      litScene(asked, options.environmentError, field, options.shade, environments, progress);
+      litScene(requested, options.environmentError, field, options.shade, environments, progress);
   const scene::Scene& scene = lit.scene;
   prepareWorkspace(field, options, workspace, progress);
   stats = {};
@@ -82,8 +82,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   clock.finish("warp");
 
   std::optional<CastShadows> shadows;
-  if (options.shadows.value_or(field.interpolation.shadows) && stats.pairLights > 0 &&
-      field.lightVisibility && field.levels) {
+  if (castsShadows(field, options.shade, options.shadows) && stats.pairLights > 0) {
     if (!occluders) occluders = occludersOf(field.cloud, *field.levels);
     shadows.emplace(*occluders, field.cloud, scene, progress);
     stats.occluders = occluders->surfels.size();

@@ -39,7 +39,7 @@ struct FrameStats {
   // Lights per query: those of the scene, and those that stand for its environments. Lights of an environment
   // with a light table, which cost less, count as tabulated.
   size_t lights = 0, tabulatedLights = 0;
-  size_t pairLights = 0; // directional and point lights whose photographs are weighted by pairs
+  size_t pairLights = 0; // directional, point and key lights whose photographs are weighted by pairs
   size_t occluders = 0;  // discs that cast shadows
   size_t environments = 0;
   shading::ShadingStats shading;

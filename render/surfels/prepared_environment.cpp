@@ -16,7 +16,7 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
   if (shading::weighsPairs(field, options)) {
     const auto others =
         prepared.lights.begin() + static_cast<ptrdiff_t>(ulr::moveKeyLightsFirst(prepared.lights));
-    prepared.keys.assign(prepared.lights.begin(), others);
+    prepared.keyLights.assign(prepared.lights.begin(), others);
     prepared.lights.erase(prepared.lights.begin(), others);
   }
   return prepared;
@@ -49,17 +49,22 @@ const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironme
 LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
                   const shading::ShadeOptions& options, EnvironmentCache& cache, const Progress& progress) {
   LitScene lit{scene, {}};
+  lit.scene.lights.clear();
+  std::vector<scene::ShotLight> keyLights;
   for (const scene::ShotLight& light : scene.lights) {
-    const auto* environment = std::get_if<scene::ShotEnvironment>(&light);
-    if (!environment) continue;
-    const PreparedEnvironment& prepared =
-        cache.prepared(coarsened(*environment, leastError), field, options, progress);
-    lit.environments.push_back(&prepared);
-    for (const ulr::EnvironmentLight& key : prepared.keys)
-      lit.scene.lights.push_back(
-          scene::ShotDirectionalLight{environment->objectFromEnvironment(key.towards.cast<double>()),
-                                      environment->strength * key.irradiance, environment->extrapolation});
+    if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light)) {
+      const PreparedEnvironment& prepared =
+          cache.prepared(coarsened(*environment, leastError), field, options, progress);
+      for (const ulr::EnvironmentLight& key : prepared.keyLights)
+        keyLights.push_back(
+            scene::ShotDirectionalLight{environment->objectFromEnvironment(key.towards.cast<double>()),
+                                        environment->strength * key.irradiance, environment->extrapolation});
+      if (prepared.lights.empty() && !prepared.keyLights.empty()) continue;
+      lit.environments.push_back(&prepared);
+    }
+    lit.scene.lights.push_back(light);
   }
+  lit.scene.lights.insert(lit.scene.lights.end(), keyLights.begin(), keyLights.end());
   return lit;
 }
 

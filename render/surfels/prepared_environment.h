@@ -1,7 +1,6 @@
 // Environment maps as the surfel renderer needs them: few directional lights, and a table of the captured
-// lights' weights. Where photographs are weighted by pairs, the key lights of a map are lights of their own,
-// with highlights and shadows; the others are many and dim, so that their cameras and lights are weighted
-// apart.
+// lights' weights. Where photographs are weighted by pairs, key lights become lights of the scene, with
+// moving highlights and shadows. Cameras and lights of the rest are weighted separately.
 #pragma once
 
 #include "render/scene/scene.h"
@@ -16,16 +15,17 @@
 namespace surflect::surfels {
 
 struct PreparedEnvironment {
-  std::vector<ulr::EnvironmentLight> lights; // that stand for the map, but for its key lights
+  std::vector<ulr::EnvironmentLight> lights; // that stand for the map, without key lights
   ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
-  std::optional<ulr::LightTable> table;    // where shading::lightTable has one
-  std::vector<ulr::EnvironmentLight> keys; // where photographs are weighted by pairs
+  std::optional<ulr::LightTable> table;         // empty if shading::lightTable has none
+  std::vector<ulr::EnvironmentLight> keyLights; // none unless photographs are weighted by pairs
 };
 
 // Replaces the map by enough directional lights to keep the sum of the absolute errors of the captured
 // lights' weights below `error` times the sum of the weights. The lights have the spread 0.9 error s^2, where
 // s is the spacing of the captured lights in radians, but at most 1. Tests over several rigs and maps find
-// sums of 0.27 to 0.9 times `error`. kMaxClusteredLights bounds how small the sum can be.
+// sums of 0.27 to 0.9 times `error`. kMaxClusteredLights bounds how small the sum can be. Where photographs
+// are weighted by pairs, key lights are kept apart.
 PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
                                        ulr::LightExtrapolation extrapolation,
                                        const shading::ReflectanceField& field,
@@ -55,14 +55,15 @@ private:
   std::list<Entry> entries_;
 };
 
-// A scene and its prepared environments, in the order of its lights. Their key lights are directional lights
-// of the scene, after its own.
+// A scene and its prepared environments, in the order of its lights.
 struct LitScene {
   scene::Scene scene;
   std::vector<const PreparedEnvironment*> environments;
 };
 
-// Environments have at least the given error. The result lives as long as the maps. Throws Cancelled.
+// Prepares the environments of a scene, each with an error of at least `leastError`, and appends their key
+// lights to its lights. An environment of key lights alone is left out. The result lives as long as the maps.
+// Throws Cancelled.
 LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
                   const shading::ShadeOptions& options, EnvironmentCache& cache,
                   const Progress& progress = {});

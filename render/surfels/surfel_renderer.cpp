@@ -122,8 +122,8 @@ render::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& 
   const Stopwatch watch;
   const PreparedEnvironment& prepared = workspace_.environments.prepared(
       coarsened(environment, options_.environmentError), *model_, options_.shade, progress);
-  return {prepared.lights.size() + prepared.keys.size(), prepared.keys.size(), prepared.table.has_value(),
-          watch.seconds()};
+  return {prepared.lights.size() + prepared.keyLights.size(), prepared.keyLights.size(),
+          prepared.table.has_value(), watch.seconds()};
 }
 
 std::optional<std::string> emptyFrame(const FrameStats& stats, size_t surfels) {

@@ -38,12 +38,13 @@ double percent(size_t part, size_t whole) {
 // Results of the checks at each visible surfel; one entry per surfel of raster.visible.
 struct VisibleFlags {
   std::vector<uint8_t> isFolded, isUnseen, isUnmatched, lacksLight, lacksView;
+  std::vector<size_t> unmatched; // lights
   std::vector<float> viewGap, lightGap, lookUpError,
       weightError; // radians; lightGap -1 where no light is asked
 
   explicit VisibleFlags(size_t count)
       : isFolded(count), isUnseen(count), isUnmatched(count), lacksLight(count), lacksView(count),
-        viewGap(count), lightGap(count, -1), lookUpError(count), weightError(count) {}
+        unmatched(count), viewGap(count), lightGap(count, -1), lookUpError(count), weightError(count) {}
   const std::vector<uint8_t>& of(size_t flag) const { // in the order of kFlagColors
     const std::array<const std::vector<uint8_t>*, 5> all{&isFolded, &isUnseen, &isUnmatched, &lacksLight,
                                                          &lacksView};
@@ -78,8 +79,7 @@ private:
                                                     workspace_.environments, progress_);
     batch_ = surfels::queriesAt(model_.cloud, cloud_, visible_, scene_.camera, lit.scene.lights,
                                 lit.environments, progress_);
-    if (options_.shadows.value_or(model_.interpolation.shadows) && batch_.lights > 0 &&
-        model_.lightVisibility && model_.levels && shading::weighsPairs(model_, options_.shade)) {
+    if (surfels::castsShadows(model_, options_.shade, options_.shadows) && batch_.lights > 0) {
       if (!workspace_.occluders) workspace_.occluders = occludersOf(model_.cloud, *model_.levels);
       surfels::CastShadows(*workspace_.occluders, model_.cloud, lit.scene, progress_)
           .fill(cloud_, visible_, batch_);
@@ -119,6 +119,7 @@ private:
     if (end - begin == 1) {
       flags_.isUnseen[begin] = plan.unseen > 0;
       flags_.isUnmatched[begin] = plan.unmatchedShadows > 0;
+      flags_.unmatched[begin] = plan.unmatchedShadows;
       return;
     }
     const size_t middle = begin + (end - begin) / 2;
@@ -154,6 +155,7 @@ private:
       for (size_t l = 0; l < batch_.lights; ++l) {
         const Vec3<double> light =
             batch_.towardsLight[i * batch_.lights + l].raw().cast<double>().normalized();
+        if (batch_.extrapolationOf(l) == ulr::LightExtrapolation::fade) continue; // gets dark instead
         if (normal.dot(light) < kLitCosine) continue;
         double nearest = std::numbers::pi;
         for (const capture::Light& captured : model_.rig.lights)
@@ -271,7 +273,7 @@ private:
         flags_.lightGap.size() - static_cast<size_t>(std::ranges::count(flags_.lightGap, -1.f));
     if (batch_.lights == 0) {
       checks_.push_back(
-          inapplicable("lights_extrapolated", "environments are blended from all captured lights"));
+          inapplicable("lights_extrapolated", "no directional light, point light or key light"));
     } else if (asked == 0) {
       checks_.push_back(
           inapplicable("lights_extrapolated", "no light reaches the front of a visible surfel"));
@@ -288,11 +290,13 @@ private:
       checks_.push_back(
           inapplicable("shadows_unmatched", "shadow states are not used by this interpolation"));
     } else {
-      const size_t unmatched = countOf(flags_.isUnmatched);
-      add("shadows_unmatched", percent(unmatched, visible_.size()),
+      const size_t unmatched = std::accumulate(flags_.unmatched.begin(), flags_.unmatched.end(), size_t{0}),
+                   all = visible_.size() * batch_.lights;
+      add("shadows_unmatched", percent(unmatched, all),
           fmt::format(
-              "at {} of {} visible surfels most photographs have another shadow state than is asked for",
-              unmatched, visible_.size()),
+              "for {} of {} visible surfels and lights, most photographs have another shadow state than is "
+              "asked for",
+              unmatched, all),
           someOf(flags_.isUnmatched));
     }
   }

@@ -41,8 +41,9 @@ inline constexpr float kReciprocalNugget = 0.02f;
 // Scales of d_ij. Those of `pairs` give p_i + p_j + 64 p_h + 4 (difference of shadow states)^2, where p_h is
 // 1 - cos of the angle between half vectors.
 //
-// Under kriging, they depend on the requested shadow state: a surfel in shadow has no highlight of the light,
-// and shows light from its surroundings, which changes evenly with all directions.
+// Under kriging, they depend on the requested shadow state. The model's scale of half vectors is that of lit
+// surfels. A surfel in shadow has no highlight of the light, and shows light from its surroundings, which
+// changes evenly with all directions; its scales are fixed.
 ulr::KrigingScales scalesOf(const ReflectanceField& field, const ShadeOptions& options, float reached);
 
 // True if photographs also answer for camera and light exchanged. Needs foreshortening.

@@ -202,7 +202,7 @@ private:
     const QueryEnvironment& environment = batch_.environments[e];
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.size(), Rgb{});
-    for (const auto& [towards, irradiance] : environment.lights) {
+    for (const auto& [towards, irradiance, spread] : environment.lights) {
       const auto [weights, scale, _] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
         pairShare_[number] = pairShare_[number] + scale * weight * irradiance;

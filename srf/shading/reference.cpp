@@ -105,7 +105,7 @@ std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
   }
   for (size_t e = 0; e < batch.environments.size(); ++e) {
     const QueryEnvironment& environment = batch.environments[e];
-    for (const auto& [towards, irradiance] : environment.lights)
+    for (const auto& [towards, irradiance, spread] : environment.lights)
       lights.push_back({batch.rotationOf(query, e)(towards), environment.strength * irradiance,
                         environment.extrapolation, batch.lights + e});
   }

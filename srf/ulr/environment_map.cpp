@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <queue>
 
@@ -68,7 +69,8 @@ EnvironmentLight lightOf(std::span<const EnvironmentLight> lights, const Cell& c
   const Vec3<double> towards =
       cell.mean.norm() > 1e-6 ? cell.mean.normalized() : lights[cell.begin].towards.raw().cast<double>();
   return {assume<Direction3<EnvironmentSpace>>(towards),
-          {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])}};
+          {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])},
+          static_cast<float>(cell.spread / sum.sum())};
 }
 
 } // namespace
@@ -216,12 +218,21 @@ std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> ligh
 }
 
 size_t moveKeyLightsFirst(std::span<EnvironmentLight> lights) {
-  const auto strength = [](const Rgb& rgb) { return double{rgb.r} + double{rgb.g} + double{rgb.b}; };
   double total = 0;
-  for (const EnvironmentLight& light : lights) total += strength(light.irradiance);
-  const double least = total * std::min(2 / static_cast<double>(lights.size()), 1. / 16);
-  const auto others = std::ranges::stable_partition(
-      lights, [&](const EnvironmentLight& light) { return strength(light.irradiance) >= least; });
+  for (const EnvironmentLight& light : lights) total += brightness(light.irradiance);
+  double least = total * std::min(2 / static_cast<double>(lights.size()), 1. / 16);
+  const auto isKey = [&](const EnvironmentLight& light) {
+    return light.spread <= kKeySpread && brightness(light.irradiance) >= least;
+  };
+  std::vector<double> strengths;
+  for (const EnvironmentLight& light : lights)
+    if (isKey(light)) strengths.push_back(brightness(light.irradiance));
+  if (strengths.size() > kMostKeyLights) {
+    const auto weakest = strengths.begin() + kMostKeyLights - 1;
+    std::ranges::nth_element(strengths, weakest, std::greater());
+    least = *weakest;
+  }
+  const auto others = std::ranges::stable_partition(lights, isKey);
   return lights.size() - others.size();
 }
 

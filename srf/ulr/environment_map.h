@@ -31,7 +31,8 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
 // Directional light of one texel, or of several merged ones.
 struct EnvironmentLight {
   Direction3<EnvironmentSpace> towards; // unit
-  Rgb irradiance; // irradiance of a surface facing the light: the integral of radiance over solid angle
+  Rgb irradiance;   // irradiance of a surface facing the light: the integral of radiance over solid angle
+  float spread = 0; // mean square distance of the merged directions from their mean, on the unit sphere
 
   friend bool operator==(const EnvironmentLight&, const EnvironmentLight&) = default;
 };
@@ -66,9 +67,12 @@ inline constexpr size_t kMaxClusteredLights = 4096;
 std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> lights, double spread,
                                               const Progress& progress = {});
 
-// Moves the key lights of an environment to the front, each part in its order, and returns their number. A
-// key light has at least twice the mean strength of a light, or a sixteenth of all: the sun, windows, or each
-// of a few. Strength is the sum of the channels of irradiance.
+// Moves key lights to the front and returns their number; both parts keep their order. A key light is small,
+// with a spread of at most kKeySpread, and strong: it has twice the mean strength or more, or a sixteenth of
+// the total. Strength is the sum of the channels of irradiance. Only the kMostKeyLights strongest are key
+// lights.
+inline constexpr float kKeySpread = 0.04f; // a disk of 16 degrees around its middle
+inline constexpr size_t kMostKeyLights = 32;
 size_t moveKeyLightsFirst(std::span<EnvironmentLight> lights);
 
 // Sum of irradiances; 4 pi times the radiance of a constant map.

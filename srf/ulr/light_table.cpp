@@ -94,7 +94,7 @@ void LightTable::spread(const EnvironmentDirections& environment,
     for (size_t i = 0; i < lights.size(); ++i) // prefetches the first shares of each
       __builtin_prefetch(shares_.data() + first_[static_cast<size_t>(cells[i])]);
     for (size_t i = 0; i < lights.size(); ++i) {
-      const auto& [towards, irradiance] = lights[i];
+      const auto& [towards, irradiance, spread] = lights[i];
       const float x = right[i], y = down[i];
       const std::array taps{(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y};
       Eigen::Array4f light(irradiance.r, irradiance.g, irradiance.b,

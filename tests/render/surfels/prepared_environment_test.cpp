@@ -77,6 +77,15 @@ TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
   studio::expectAlbedo(filmOf(packed.model, *noWarp(), camera, lightOf(map)).color, camera, studio.albedo);
 }
 
+// Weights of cameras and lights apart, and kriging with shadows.
+std::array<FrameOptions, 2> bySeparateAndPairs() {
+  std::array<FrameOptions, 2> both;
+  both[0].shade.interpolation = ulr::Interpolation::separate;
+  both[1].shade.interpolation = ulr::Interpolation::kriging;
+  both[1].shadows = true;
+  return both;
+}
+
 class EnvironmentOfSphere : public studio::PackedSphere<1500> {
 protected:
   const SharedMap map = liveliest(32);
@@ -132,11 +141,12 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
                                                            solidAngle * Rgb{300, 400, 200}}};
     // Seen from the side of the light, where a light from another direction would be visible at once.
     const auto facing = cameraFrom<ObjectSpace>(towards + Vec3<double>(0.2, 0.3, 0.1), pictureSize);
-    for (const auto interpolation : {ulr::Interpolation::separate, ulr::Interpolation::kriging}) {
-      FrameOptions options;
-      options.shade.interpolation = interpolation;
-      const image::Image expected = filmOf(model(), *noWarp(), facing, lamp, options).color;
-      const image::Image got = filmOf(model(), *noWarp(), facing, lights, options).color;
+    for (FrameOptions options : bySeparateAndPairs()) {
+      options.aovs = {"light_blend"};
+      const FrameLayers underLamp = filmOf(model(), *noWarp(), facing, lamp, options),
+                        underMap = filmOf(model(), *noWarp(), facing, lights, options);
+      const image::Image &expected = underLamp.color, &got = underMap.color;
+      EXPECT_LT(largestDifference(underMap.aovs.at("light_blend"), underLamp.aovs.at("light_blend")), 0.02);
       const float brightest = *std::ranges::max_element(expected.values);
       EXPECT_LT(largestDifference(got, expected) / brightest, 0.001) << one.placement << ' ' << one.x;
       EXPECT_GT(largestDifference(got, image::Image(got.width, got.height, 4)), 0.5 * brightest);
@@ -244,7 +254,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
     const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;
-      for (const auto& [direction, irradiance] : environment) {
+      for (const auto& [direction, irradiance, spread] : environment) {
         const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
         for (const auto& [light, weight] :
              ulr::blendOfLights(captured, towards, how, coverage, ulr::LightExtrapolation::clamp))
@@ -275,23 +285,28 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
 }
 
 TEST_F(EnvironmentOfSphere, OneRigidMotionOfEverythingLeavesTheImageUnchanged) {
-  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(map)).color;
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 3; ++trial) {
-    const studio::RigidMotion motion = studio::randomMotion(random);
-    const image::Image moved =
-        filmOf(model(), *motion.warp(), motion(camera), lightOf(map, motion.rigid().rotation())).color;
-    EXPECT_LT(largestDifference(moved, still) / *std::ranges::max_element(still.values), 2e-5);
+  for (const FrameOptions& options : bySeparateAndPairs()) {
+    const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(map), options).color;
+    std::mt19937 random(1);
+    for (int trial = 0; trial < 3; ++trial) {
+      const studio::RigidMotion motion = studio::randomMotion(random);
+      const image::Image moved =
+          filmOf(model(), *motion.warp(), motion(camera), lightOf(map, motion.rigid().rotation()), options)
+              .color;
+      EXPECT_LT(largestDifference(moved, still) / *std::ranges::max_element(still.values), 2e-5);
+    }
   }
 }
 
 TEST_F(EnvironmentOfSphere, AMirroredWorldGivesTheMirroredImage) {
-  const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(map)).color;
   const auto warp = warp::scaleWarp({-1, 1, 1}, Vec3<double>::Zero());
-  const image::Image mirrored =
-      filmOf(model(), *warp, studio::mirrored(camera), lightOf(map, studio::mirror)).color;
-  EXPECT_LT(largestDifference(studio::flipped(mirrored), still) / *std::ranges::max_element(still.values),
-            2e-5);
+  for (const FrameOptions& options : bySeparateAndPairs()) {
+    const image::Image still = filmOf(model(), *noWarp(), camera, lightOf(map), options).color;
+    const image::Image mirrored =
+        filmOf(model(), *warp, studio::mirrored(camera), lightOf(map, studio::mirror), options).color;
+    EXPECT_LT(largestDifference(studio::flipped(mirrored), still) / *std::ranges::max_element(still.values),
+              2e-5);
+  }
 }
 
 TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
@@ -310,22 +325,20 @@ TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
   EXPECT_LT(largestDifference(both.aovs.at("light_blend"), mean), 1e-5);
 }
 
-// What kriging changes is what it changes of the key lights.
+// Kriging changes the picture under a map as it changes the picture under the map's key lights.
 TEST_F(EnvironmentOfSphere, KeyLightsAreWeightedByPairs) {
   FrameOptions separate, kriging;
   separate.shade.interpolation = ulr::Interpolation::separate;
   kriging.shade.interpolation = ulr::Interpolation::kriging;
-  const auto prepared = prepareEnvironment(*map, 0.01, ulr::LightExtrapolation::fade, model(), kriging.shade);
-  const auto whole = prepareEnvironment(*map, 0.01, ulr::LightExtrapolation::fade, model(), separate.shade);
-  EXPECT_TRUE(whole.keys.empty());
-  EXPECT_GE(prepared.keys.size(), 2u); // the suns
-  EXPECT_EQ(prepared.keys.size() + prepared.lights.size(), whole.lights.size());
-
-  std::vector<ShotLight> keys;
-  for (const ulr::EnvironmentLight& key : prepared.keys)
-    keys.push_back(
-        ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(key.towards.raw().cast<double>()),
-                             key.irradiance, prepared.extrapolation});
+  kriging.shadows = true;
+  EnvironmentCache cache;
+  const scene::Scene scene{*noWarp(), camera, lightOf(map)};
+  const LitScene whole = litScene(scene, 0, model(), separate.shade, cache),
+                 lit = litScene(scene, 0, model(), kriging.shade, cache);
+  EXPECT_EQ(whole.scene.lights.size(), 1u);
+  ASSERT_GT(lit.scene.lights.size(), 2u); // the map, and at least its suns
+  const std::vector<ShotLight> keys(lit.scene.lights.begin() + 1, lit.scene.lights.end());
+  EXPECT_EQ(keys.size() + lit.environments[0]->lights.size(), whole.environments[0]->lights.size());
   const auto change = [&](const std::vector<ShotLight>& lights) {
     image::Image film = filmOf(model(), *noWarp(), camera, lights, kriging).color;
     const image::Image apart = filmOf(model(), *noWarp(), camera, lights, separate).color;

@@ -117,7 +117,8 @@ TEST_F(PairWeight, OnlyKrigingThatIsForeshortenedIsReciprocal) {
   EXPECT_FALSE(isReciprocal(model, options));
 }
 
-// In shadow there is no highlight: scales are wider for half vectors. Between, they change evenly.
+// In shadow there is no highlight: scales of half vectors are wider than those of gloss. Between, they change
+// evenly.
 TEST_F(PairWeight, ScalesDependOnTheShadowState) {
   const ulr::KrigingScales lit = scalesOf(model, kReciprocal, 1), shadow = scalesOf(model, kReciprocal, 0);
   EXPECT_FLOAT_EQ(lit.half, model.interpolation.halfScale);

@@ -194,9 +194,40 @@ TEST(KeyLights, AConstantMapHasNone) {
   const auto texels =
       environmentOf(pictureOf(EnvironmentMapping::latLong, 64, constantOne), EnvironmentMapping::latLong)
           .texels;
-  for (const double spread : {0.05, 0.01, 0.002}) {
+  for (const double spread : {1.0, 0.5, 0.3, 0.18, 0.1, 0.07, 0.05, 0.01, 0.002}) {
     auto lights = clusteredLights(texels, spread);
     EXPECT_EQ(moveKeyLightsFirst(lights), 0u) << spread;
+  }
+}
+
+TEST(KeyLights, AreSmall) {
+  std::vector<EnvironmentLight> lights = lightsOf({2, 2, 9, 9});
+  lights[2].spread = 2 * kKeySpread;
+  ASSERT_EQ(moveKeyLightsFirst(lights), 3u);
+  EXPECT_GT(lights[3].spread, kKeySpread);
+}
+
+TEST(KeyLights, AreTheStrongestOfMany) {
+  std::vector<EnvironmentLight> lights(1000, {{0, 1, 0}, {1, 1, 1}});
+  for (size_t i = 0; i < 100; ++i) lights[9 * i].irradiance = {static_cast<float>(100 + i), 0, 0};
+  ASSERT_EQ(moveKeyLightsFirst(lights), kMostKeyLights);
+  EXPECT_EQ(lights[0].irradiance.r, static_cast<float>(200 - kMostKeyLights));
+  EXPECT_EQ(lights[kMostKeyLights - 1].irradiance.r, 199);
+}
+
+TEST(KeyLights, SpreadIsThatOfTheMergedDirections) {
+  const auto texels =
+      environmentOf(image::randomImage(64, 32, 3, 0, 2, 4), EnvironmentMapping::latLong).texels;
+  for (const EnvironmentLight& texel : texels) EXPECT_EQ(texel.spread, 0);
+  for (const double spread : {0.3, 0.01}) {
+    double energy = 0, spreads = 0;
+    for (const EnvironmentLight& light : clusteredLights(texels, spread)) {
+      const double strength = double{light.irradiance.r} + light.irradiance.g + light.irradiance.b;
+      energy += strength;
+      spreads += strength * light.spread;
+    }
+    EXPECT_LE(spreads / energy, spread * (1 + 1e-5));
+    EXPECT_GT(spreads / energy, spread / 2);
   }
 }
 
