@@ -9,10 +9,17 @@ PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double er
                                        const shading::ReflectanceField& field,
                                        const shading::ShadeOptions& options, const Progress& progress) {
   const double spacing = std::min(1.0, shading::lightSpacing(field));
-  PreparedEnvironment prepared{ulr::clusteredLights(map.texels, 0.9 * error * spacing * spacing, progress),
-                               extrapolation,
-                               shading::lightTable(field, options, extrapolation),
-                               {}};
+  std::vector<ulr::EnvironmentLight> texels; // a large map takes a while to copy
+  texels.reserve(map.texels.size());
+  for (size_t i = 0; i < map.texels.size(); ++i) {
+    progress.checkNowAndThen(i);
+    texels.push_back(map.texels[i]);
+  }
+  PreparedEnvironment prepared{
+      ulr::clusteredLights(std::move(texels), 0.9 * error * spacing * spacing, progress),
+      extrapolation,
+      shading::lightTable(field, options, extrapolation),
+      {}};
   if (shading::weighsPairs(field, options)) {
     const auto others =
         prepared.lights.begin() + static_cast<ptrdiff_t>(ulr::moveKeyLightsFirst(prepared.lights));

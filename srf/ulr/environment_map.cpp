@@ -33,6 +33,7 @@ double brightness(const Rgb& light) { return double{light.r} + light.g + light.b
 // A range of lights, with the moments that determine where it is cut.
 struct Cell {
   size_t begin = 0, end = 0;
+  double energy = 0;                        // sum of brightness
   Vec3<double> mean = Vec3<double>::Zero(); // mean direction, weighted by brightness
   int widest = 0;                           // axis of the greatest variance
   double spread = 0;                        // sum over axes of brightness times variance
@@ -43,18 +44,20 @@ struct Cell {
   }
 };
 
-Cell cellOf(std::span<const EnvironmentLight> lights, size_t begin, size_t end) {
+Cell cellOf(std::span<const EnvironmentLight> lights, size_t begin, size_t end, const Progress& progress) {
   Cell cell{begin, end};
-  double energy = 0;
-  for (const EnvironmentLight& light : lights.subspan(begin, end - begin)) {
-    energy += brightness(light.irradiance);
-    cell.mean += brightness(light.irradiance) * light.towards.raw().cast<double>();
+  for (size_t i = begin; i < end; ++i) {
+    progress.checkNowAndThen(i);
+    const double strength = brightness(lights[i].irradiance);
+    cell.energy += strength;
+    cell.mean += strength * lights[i].towards.raw().cast<double>();
   }
-  cell.mean /= energy;
+  cell.mean /= cell.energy;
   Vec3<double> moments = Vec3<double>::Zero();
-  for (const EnvironmentLight& light : lights.subspan(begin, end - begin)) {
-    const Vec3<double> off = light.towards.raw().cast<double>() - cell.mean;
-    moments += brightness(light.irradiance) * off.cwiseAbs2();
+  for (size_t i = begin; i < end; ++i) {
+    progress.checkNowAndThen(i);
+    const Vec3<double> off = lights[i].towards.raw().cast<double>() - cell.mean;
+    moments += brightness(lights[i].irradiance) * off.cwiseAbs2();
   }
   moments.maxCoeff(&cell.widest);
   cell.spread = moments.sum();
@@ -70,7 +73,7 @@ EnvironmentLight lightOf(std::span<const EnvironmentLight> lights, const Cell& c
       cell.mean.norm() > 1e-6 ? cell.mean.normalized() : lights[cell.begin].towards.raw().cast<double>();
   return {assume<Direction3<EnvironmentSpace>>(towards),
           {static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2])},
-          static_cast<float>(cell.spread / sum.sum())};
+          static_cast<float>(cell.spread / cell.energy)};
 }
 
 } // namespace
@@ -186,9 +189,9 @@ std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> ligh
   if (lights.empty()) return lights;
   std::vector<Cell> whole; // cells that need no further cut
   std::priority_queue<Cell> cells;
-  cells.push(cellOf(lights, 0, lights.size()));
-  double energy = 0, spreads = cells.top().spread;
-  for (const EnvironmentLight& light : lights) energy += brightness(light.irradiance);
+  cells.push(cellOf(lights, 0, lights.size(), progress));
+  const double energy = cells.top().energy;
+  double spreads = cells.top().spread;
   while (!cells.empty() && spreads > spread * energy && cells.size() + whole.size() < kMaxClusteredLights) {
     progress.checkpoint();
     const Cell cell = cells.top();
@@ -203,7 +206,8 @@ std::vector<EnvironmentLight> clusteredLights(std::vector<EnvironmentLight> ligh
       continue;
     }
     const auto middle = static_cast<size_t>(cut - lights.begin());
-    const Cell halves[] = {cellOf(lights, cell.begin, middle), cellOf(lights, middle, cell.end)};
+    const Cell halves[] = {cellOf(lights, cell.begin, middle, progress),
+                           cellOf(lights, middle, cell.end, progress)};
     spreads += halves[0].spread + halves[1].spread - cell.spread;
     for (const Cell& half : halves) cells.push(half);
   }
