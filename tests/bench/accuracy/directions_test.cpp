@@ -1,6 +1,7 @@
 #include "bench/accuracy/directions.h"
 
 #include "render/evaluation/measure.h"
+#include "render/surfels/cast_shadows.h"
 #include "render/surfels/frame.h"
 #include "srf/image/mask.h"
 #include "tests/support/random.h"
@@ -105,6 +106,7 @@ TEST(Directions, FramesByThePolarFactorAreTheProgramsOwn) {
   studio::PackedStudio packed({}, 1500);
   expectThePolarFactorIsTheProgramsOwn(packed.model);
   packed.model.interpolation = {.kind = ulr::Interpolation::kriging, .shadows = true};
+  ASSERT_TRUE(surfels::castsShadows(packed.model, {}));
   expectThePolarFactorIsTheProgramsOwn(packed.model);
 }
 
