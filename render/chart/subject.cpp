@@ -152,6 +152,22 @@ const std::vector<image::Image>& Subject::fullPictures(const Progress& progress)
   return full_;
 }
 
+std::vector<std::string> Subject::leaveOutIdle(const Progress& progress) {
+  std::vector<std::string> idle;
+  if (isGiven()) return idle;
+  const auto renderer = open(progress);
+  const double work = costOf(*renderer, {}, progress).work;
+  for (const Knob& knob : knobs_) {
+    if (knob.values.size() == 1) continue;
+    const Cost fastest = costOf(*renderer, {{knob.name, knob.values.back()}}, progress);
+    if (fastest.error > 0 || fastest.work != work) continue;
+    idle.push_back(knob.name);
+    std::erase_if(settings_,
+                  [&](const Setting& setting) { return setting.size() == 1 && setting.contains(knob.name); });
+  }
+  return idle;
+}
+
 size_t Subject::longestDescent() const {
   return isGiven() || knobs_.size() == 1 ? 0 : chart::longestDescent(knobs_, options_.descentSteps);
 }
@@ -163,11 +179,8 @@ void Subject::descend(const Progress& progress) {
   const auto renderer = open(quiet);
   size_t asked = 0; // of at most 1 + steps * knobs settings
   const std::vector<Setting> path = descent(knobs_, steps, [&](const Setting& setting) {
-    const std::string key = fmt::format("{} {} frames", keyOf(*renderer, setting), timedFrames());
-    std::optional<Cost> cost = measurements_.cost(key);
-    if (!cost) measurements_.keep(key, cost.emplace(costOf(*renderer, setting, quiet)));
     progress("descent", static_cast<double>(++asked) / static_cast<double>(1 + steps * knobs_.size()));
-    return *cost;
+    return costOf(*renderer, setting, quiet);
   });
   for (const Setting& setting : path) {
     add(setting);
@@ -175,8 +188,15 @@ void Subject::descend(const Progress& progress) {
   }
 }
 
-// Mean work and pooled error over the timed frames.
 Cost Subject::costOf(render::Renderer& renderer, const Setting& setting, const Progress& progress) {
+  const std::string key = fmt::format("{} {} frames", keyOf(renderer, setting), timedFrames());
+  std::optional<Cost> cost = measurements_.cost(key);
+  if (!cost) measurements_.keep(key, cost.emplace(measuredCost(renderer, setting, progress)));
+  return *cost;
+}
+
+// Mean work and pooled error over the timed frames.
+Cost Subject::measuredCost(render::Renderer& renderer, const Setting& setting, const Progress& progress) {
   const std::vector<image::Image>& full = fullPictures(progress);
   turn(renderer, setting);
   Cost cost;

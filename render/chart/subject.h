@@ -36,6 +36,10 @@ public:
   const Samples& rest() const { return *rest_; }
   const std::optional<Samples>& bent() const { return bent_; }
 
+  // Leaves out the values of knobs that alone change neither pictures nor work of the timed frames, even at
+  // their fastest value. Returns the knobs' names; none if the settings are given.
+  std::vector<std::string> leaveOutIdle(const Progress& progress);
+
   // Most settings that descend() adds; 0 if the settings are given, or if there is a single knob.
   size_t longestDescent() const;
   // Adds the settings of a greedy descent by estimated work, so that equal pictures give equal settings.
@@ -65,6 +69,7 @@ private:
   const std::vector<image::Image>& fullPictures(const Progress& progress);
   Accuracy accuracyOf(const knobs::Setting& setting, const Progress& progress);
   Cost costOf(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
+  Cost measuredCost(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
   template <class Visit> void forEachSample(Visit visit) const;
 
   std::filesystem::path model_;
