@@ -1,7 +1,7 @@
 // Smoothness and accuracy of renderings under a light that moves around the object.
 //
 // SWEEP is a capture of one view whose lights, in order, form the sweep: the truth. The report states, for
-// the truth and for each blend of the model's lights, the RMS and the largest second difference of a pixel's
+// the truth and for each way to weight photographs, the RMS and the largest second difference of a pixel's
 // radiance along the sweep, and the RMS error relative to the model's white, over pixels that are covered in
 // all pictures. OUT.png has a band for each in the same order: the middle row of pixels from left to right,
 // with the light moving from top to bottom.
@@ -39,7 +39,7 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
   surfels::FrameWorkspace workspace(model, size_t{1} << 30);
   const std::pair<const char*, shading::ShadeOptions> blends[] = {
       {"default", {}},
-      {"mean_of_3", {.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false}},
+      {"paper", {.interpolation = shading::Interpolation::paper}},
       {"nearest", {.nearest = true}}};
   for (const auto& [name, shade] : blends) {
     Way& way = ways.emplace_back(Way{name, {}});

@@ -18,11 +18,11 @@ ShadeOptions withNearViews(ShadeOptions options, size_t views) {
   return options;
 }
 
-// Nearness n of the sources: 1 up to 3/4 of the threshold penalty, then falling to 0 at it. Where all
+// Nearness n of the sources: 1 up to 1/4 of the threshold penalty, then falling to 0 at it. Where all
 // penalties equal the threshold, those of the nearest are 1.
 float nearness(float penalty, float least, float threshold) {
   if (!(least < threshold)) return penalty <= least ? 1 : 0;
-  return std::clamp(4 * (1 - penalty / threshold), 0.f, 1.f);
+  return std::clamp(4.f / 3 * (1 - penalty / threshold), 0.f, 1.f);
 }
 
 } // namespace

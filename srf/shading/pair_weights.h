@@ -12,8 +12,10 @@
 //
 // c_ij = s_i n_i n_j is the confidence in a pair, 0..1: s_i visibility weight of view i, or
 // fallbackConfidence (fallback_view.h) where no view sees the surfel well; n_i, n_j nearness of view and
-// light, clamp(4 (1 - p / p_t), 0, 1) with the threshold p_t of ULR, so that the last of the nearest fade
-// out. n_i = n_j = 1 for a capture with gaps, all of whose pairs are considered.
+// light, clamp(4/3 (1 - p / p_t), 0, 1) with the threshold p_t of ULR, so that views and lights fade out
+// before others take their place among the nearest. The fall is slow: of two pairs that show a highlight and
+// none, the better one must not come within a degree. n_i = n_j = 1 for a capture with gaps, all of whose
+// pairs are considered.
 //
 // Reciprocity: under kriging, the photograph of camera a under light b also answers for the light in the
 // place of a and the viewer in that of b [Helmholtz 1867]. Its pixel holds the cosine of b, which

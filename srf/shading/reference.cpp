@@ -197,7 +197,7 @@ private:
     const auto sorted = nearest.sorted();
     for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
       const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
-      all[index] = sorted[0].penalty < threshold ? std::clamp(4 * (1 - p / threshold), 0.f, 1.f)
+      all[index] = sorted[0].penalty < threshold ? std::clamp(4.f / 3 * (1 - p / threshold), 0.f, 1.f)
                    : p <= sorted[0].penalty      ? 1.f
                                                  : 0.f;
     }
