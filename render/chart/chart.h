@@ -53,6 +53,7 @@ struct Chart {
   size_t restFrames = 0, bentFrames = 0;   // frames that were rendered
   size_t restHeldOut = 0, bentHeldOut = 0; // held-out frames of the captures
   std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
+  std::map<std::filesystem::path, std::vector<std::string>> idleKnobs; // without effect alone, by model
   std::vector<Point> points;
   std::vector<Panel> panels;
 };

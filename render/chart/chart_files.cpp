@@ -96,9 +96,11 @@ std::string jsonOf(const Chart& chart) {
                       {"rest_frames_held_out", chart.restHeldOut},
                       {"bent_frames_held_out", chart.bentHeldOut},
                       {"knobs", OrderedJson::array()},
+                      {"idle_knobs", OrderedJson::object()},
                       {"points", OrderedJson::array()}};
   for (const knobs::Knob& knob : chart.knobs)
     json["knobs"].push_back({{"name", knob.name}, {"meaning", knob.meaning}, {"values", knob.values}});
+  for (const auto& [model, idle] : chart.idleKnobs) json["idle_knobs"][model.string()] = idle;
   for (const Point& point : chart.points) {
     OrderedJson entry = {{"model", point.model.string()},
                          {"setting", point.setting},

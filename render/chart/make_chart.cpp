@@ -140,19 +140,19 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
       chart.bentFrames > 0 ? fmt::format(", {} of {} deformed", chart.bentFrames, chart.bentHeldOut) : ""));
 
   const Progress quiet{{}, progress.cancelled}; // renderers would report their own stages
-  for (const auto& subject : subjects) {
-    const std::vector<std::string> idle = subject->leaveOutIdle(quiet);
-    if (!idle.empty())
-      options.announce(fmt::format("{}: no effect on these frames, so not tried alone: {}",
-                                   folderName(subject->model()), fmt::join(idle, ", ")));
-    subject->descend(progress);
-  }
+  for (const auto& subject : subjects) subject->descend(progress);
   size_t settings = 0, measured = 0;
   for (const auto& subject : subjects) settings += subject->settings().size();
   const auto done = [&] {
     progress("accuracy", static_cast<double>(++measured) / static_cast<double>(settings));
   };
-  for (const auto& subject : subjects) subject->measureAccuracy(done, quiet);
+  for (const auto& subject : subjects) {
+    subject->measureAccuracy(done, quiet);
+    if (subject->idleKnobs().empty()) continue;
+    chart.idleKnobs[subject->model()] = subject->idleKnobs();
+    options.announce(fmt::format("{}: no effect on these frames: {}", folderName(subject->model()),
+                                 fmt::join(subject->idleKnobs(), ", ")));
+  }
   measureTimes(subjects, options.rounds, progress);
 
   for (const auto& subject : subjects) {

@@ -21,10 +21,16 @@ namespace {
 std::string knobSection(const View& view) {
   const std::string plots = knobPlots(view);
   if (plots.empty()) return "";
-  return "<section><h2>Each knob alone</h2><p>One knob goes from full, on the left, to its fastest value; "
-         "all "
-         "others stay at full. The scales are the same in all plots.</p><div class=\"knobs\">" +
-         plots + "</div></section>";
+  std::string html =
+      "<section><h2>Each knob alone</h2><p>One knob goes from full, on the left, to its fastest value; all "
+      "others stay at full. The scales are the same in all plots.";
+  for (size_t model = 0; model < view.models.size(); ++model) {
+    const auto idle = view.chart.idleKnobs.find(view.models[model]);
+    if (idle != view.chart.idleKnobs.end())
+      html += fmt::format(" Without effect on {}: {}.", escaped(modelName(view, model)),
+                          escaped(fmt::format("{}", fmt::join(idle->second, ", "))));
+  }
+  return html + "</p><div class=\"knobs\">" + plots + "</div></section>";
 }
 
 std::string stageSection(const View& view) {

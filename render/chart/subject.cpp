@@ -152,22 +152,6 @@ const std::vector<image::Image>& Subject::fullPictures(const Progress& progress)
   return full_;
 }
 
-std::vector<std::string> Subject::leaveOutIdle(const Progress& progress) {
-  std::vector<std::string> idle;
-  if (isGiven()) return idle;
-  const auto renderer = open(progress);
-  const double work = costOf(*renderer, {}, progress).work;
-  for (const Knob& knob : knobs_) {
-    if (knob.values.size() == 1) continue;
-    const Cost fastest = costOf(*renderer, {{knob.name, knob.values.back()}}, progress);
-    if (fastest.error > 0 || fastest.work != work) continue;
-    idle.push_back(knob.name);
-    std::erase_if(settings_,
-                  [&](const Setting& setting) { return setting.size() == 1 && setting.contains(knob.name); });
-  }
-  return idle;
-}
-
 size_t Subject::longestDescent() const {
   return isGiven() || knobs_.size() == 1 ? 0 : chart::longestDescent(knobs_, options_.descentSteps);
 }
@@ -216,7 +200,24 @@ void Subject::measureAccuracy(const std::function<void()>& done, const Progress&
     if (!measurements_.accuracy(key)) measurements_.keep(key, accuracyOf(setting, progress));
     done();
   }
+  if (!isGiven()) leaveOutIdle(progress);
   full_ = {}; // so that it does not count as memory of the models that follow
+}
+
+void Subject::leaveOutIdle(const Progress& progress) {
+  const auto renderer = open(progress);
+  const double work = costOf(*renderer, {}, progress).work;
+  for (const Knob& knob : knobs_) {
+    const auto isAlone = [&](const Setting& setting) {
+      return setting.size() == 1 && setting.contains(knob.name) && setting != preview_;
+    };
+    const auto isIdle = [&](const Setting& setting) {
+      return !isAlone(setting) || (measurements_.accuracy(keys_.at(setting))->rmsToFull == 0 &&
+                                   costOf(*renderer, setting, progress).work == work);
+    };
+    if (std::ranges::all_of(settings_, isIdle) && std::erase_if(settings_, isAlone) > 0)
+      idle_.push_back(knob.name);
+  }
 }
 
 Accuracy Subject::accuracyOf(const Setting& setting, const Progress& progress) {

@@ -36,17 +36,17 @@ public:
   const Samples& rest() const { return *rest_; }
   const std::optional<Samples>& bent() const { return bent_; }
 
-  // Leaves out the values of knobs that alone change neither pictures nor work of the timed frames, even at
-  // their fastest value. Returns the knobs' names; none if the settings are given.
-  std::vector<std::string> leaveOutIdle(const Progress& progress);
-
   // Most settings that descend() adds; 0 if the settings are given, or if there is a single knob.
   size_t longestDescent() const;
   // Adds the settings of a greedy descent by estimated work, so that equal pictures give equal settings.
   void descend(const Progress& progress);
 
-  // Measures the pictures of all settings that are not known. `done` is called after each setting.
+  // Measures the pictures of all settings that are not known. `done` is called after each setting. Then
+  // leaves out the settings of idle knobs, unless the settings are given.
   void measureAccuracy(const std::function<void()>& done, const Progress& progress);
+  // Names of knobs none of whose values, with all others at full, changes a picture, or the work of the timed
+  // frames.
+  const std::vector<std::string>& idleKnobs() const { return idle_; }
 
   size_t timedFrames() const;
   const Sample& timed(size_t i) const; // one of the timed frames, which are spread over the frames at rest
@@ -70,6 +70,7 @@ private:
   Accuracy accuracyOf(const knobs::Setting& setting, const Progress& progress);
   Cost costOf(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
   Cost measuredCost(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
+  void leaveOutIdle(const Progress& progress);
   template <class Visit> void forEachSample(Visit visit) const;
 
   std::filesystem::path model_;
@@ -79,6 +80,7 @@ private:
   std::vector<knobs::Knob> all_, knobs_; // of the renderer; those that are swept
   knobs::Setting preview_;
   std::vector<knobs::Setting> settings_;
+  std::vector<std::string> idle_;
   std::map<knobs::Setting, std::string> keys_;
   std::optional<Samples> rest_, bent_;
   std::string deformation_; // names the warp of the bent samples

@@ -27,6 +27,7 @@ Chart chartOf() {
   chart.machine = "a machine";
   chart.command = "surflect chart";
   chart.restFrames = 1;
+  chart.idleKnobs["vase.srf"] = {"environment_error", "patch"};
   chart.knobs = {{"cameras", "cameras blended per surfel", {3, 2, 1}}, {"lights", "lights blended", {4, 1}}};
   chart.points = {pointOf({}, 90, 0), pointOf({{"cameras", 1}}, 40, 0.02),
                   pointOf({{"cameras", 2}}, 60, 0.01), pointOf({{"cameras", 1}, {"lights", 1}}, 30, 0.05),
@@ -140,6 +141,7 @@ TEST(Report, AKnobAloneIsShownWithAllOthersAtFull) {
   chart.points[1].setting["lights"] = 4; // which is full
   const std::string page = htmlOf(chart), knobs = page.substr(page.find("Each knob alone"));
   EXPECT_NE(knobs.find("cameras blended per surfel"), std::string::npos);
+  EXPECT_NE(knobs.find("Without effect on vase.srf: environment_error, patch."), std::string::npos);
   EXPECT_NE(knobs.find(">0.44</text>"), std::string::npos) << "40 of 90 ms";
   EXPECT_EQ(knobs.find(">0.33</text>"), std::string::npos) << "30 of 90 ms, with both knobs";
 }
