@@ -62,8 +62,8 @@ inline void addModelOptions(CLI::App& command, render::RendererOptions& options)
       ->transform(CLI::Transformer(std::map<std::string, bool>{{"on", true}, {"off", false}}));
   command
       .add_option("--pairs", options.pairs,
-                  "camera-light pairs blended under pairs or kriging, and where not all were captured")
-      ->capture_default_str()
+                  "camera-light pairs blended under pairs or kriging, and where not all were captured; "
+                  "default: 6 under kriging, else 4")
       ->check(blended);
   command.add_option("--low-pass", options.lowPass, "least standard deviation of a splat, pixels")
       ->capture_default_str()

@@ -25,7 +25,9 @@ namespace surflect::render {
 // A renderer ignores options that its method does not have.
 struct RendererOptions {
   size_t cameras = 3; // blended per place, 1..kMaxBlended
-  size_t pairs = 6;   // camera-light pairs blended instead, unless weights are separate
+  // Camera-light pairs blended instead, unless weights are separate; default: six under kriging, four under
+  // ULR.
+  std::optional<size_t> pairs = {};
   // Override the model's choices (InterpolationChoice, LightBlend).
   std::optional<ulr::Interpolation> interpolation = {};
   std::optional<bool> reciprocal = {}, shadows = {};

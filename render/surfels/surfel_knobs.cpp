@@ -73,11 +73,13 @@ std::vector<SurfelKnob> knobsOf(const shading::ReflectanceField& field, const Fr
           options.shade.lights = countOf(value, most);
         });
   }
-  if (!shading::hasSeparateWeights(field, full.shade))
-    add("pairs", "camera-light pairs blended per surfel and light of the script", downToOne(full.shade.pairs),
-        {}, [most = static_cast<double>(full.shade.pairs)](double value, FrameOptions& options) {
+  if (!shading::hasSeparateWeights(field, full.shade)) {
+    const size_t pairs = shading::pairCount(field, full.shade);
+    add("pairs", "camera-light pairs blended per surfel and light of the script", downToOne(pairs), {},
+        [most = static_cast<double>(pairs)](double value, FrameOptions& options) {
           options.shade.pairs = countOf(value, most);
         });
+  }
   add("weight_error", "weight that may be left out of a blend of cameras or lights",
       {0, 0.02, 0.05, 0.1, 0.2, 0.4}, 0.05, [](double value, FrameOptions& options) {
         options.shade.weightError = numberOf(value, ulr::kMostTruncated);

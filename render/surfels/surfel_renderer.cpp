@@ -15,11 +15,11 @@ namespace {
 
 std::string identityOf(const model::Model& model, const FrameOptions& options) {
   const ulr::LightBlend blend = shading::lightBlend(model, options.shade);
-  std::string identity =
-      fmt::format("model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}", hex(model.identity),
-                  options.shade.cameras, blend.lights, nameOf(blend.fit),
-                  blend.foreshortened ? " foreshortened" : "", options.shade.pairs, options.splats.lowPass,
-                  bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
+  std::string identity = fmt::format(
+      "model {} cameras {} lights {} {}{} pairs {} least-sigma {} simd {}{}", hex(model.identity),
+      options.shade.cameras, blend.lights, nameOf(blend.fit), blend.foreshortened ? " foreshortened" : "",
+      shading::pairCount(model, options.shade), options.splats.lowPass,
+      bestSimd() == Simd::scalar ? "scalar" : "vector", options.shade.nearest ? " nearest" : "");
   if (const ulr::Interpolation kind = shading::interpolationOf(model, options.shade);
       kind != ulr::Interpolation::separate)
     identity += fmt::format(" {}", nameOf(kind));

@@ -65,6 +65,10 @@ Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions&
   return options.interpolation.value_or(field.interpolation.kind);
 }
 
+size_t pairCount(const ReflectanceField& field, const ShadeOptions& options) {
+  return options.pairs.value_or(interpolationOf(field, options) == Interpolation::kriging ? 6 : 4);
+}
+
 bool weighsPairs(const ReflectanceField& field, const ShadeOptions& options) {
   const Interpolation interpolation = interpolationOf(field, options);
   return !field.rig.lights.empty() && !options.nearest &&

@@ -39,6 +39,10 @@ ulr::LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& op
 // The interpolation that the options ask for, or else the model's.
 Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions& options);
 
+// Number of (camera, light) pairs to blend: that of the options, or else six under kriging and four under
+// ULR. Six move highlights more smoothly than four; ULR hardly gains by them.
+size_t pairCount(const ReflectanceField& field, const ShadeOptions& options);
+
 // True if camera and light of a pair are weighted together, by the distance of the pair from the requested
 // one: pairs or kriging.
 bool weighsPairs(const ReflectanceField& field, const ShadeOptions& options);

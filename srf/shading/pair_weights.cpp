@@ -18,11 +18,10 @@ ShadeOptions withNearViews(ShadeOptions options, size_t views) {
   return options;
 }
 
-// Nearness n of the sources: 1 up to 1/4 of the threshold penalty, then falling to 0 at it. Where all
-// penalties equal the threshold, those of the nearest are 1.
+// Nearness n of the sources. Where all penalties equal the threshold, those of the nearest are 1.
 float nearness(float penalty, float least, float threshold) {
   if (!(least < threshold)) return penalty <= least ? 1 : 0;
-  return std::clamp(4.f / 3 * (1 - penalty / threshold), 0.f, 1.f);
+  return std::clamp((1 - penalty / threshold) / (1 - kNearUpTo), 0.f, 1.f);
 }
 
 } // namespace
@@ -56,7 +55,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapol
       isKriging_(interpolationOf(field, options) == Interpolation::kriging),
       litScales_(scalesOf(field, options, 1)), shadowScales_(scalesOf(field, options, 0)),
       foreshortened_(weighsPairs_ && lightBlend(field, options).foreshortened),
-      reciprocal_(isReciprocal(field, options)), count_(options.nearest ? 1 : options.pairs),
+      reciprocal_(isReciprocal(field, options)), count_(options.nearest ? 1 : pairCount(field, options)),
       weightError_(options.weightError),
       views_(field, batch, weighsPairs_ ? withNearViews(options, kNear) : options), lights_(field.rig.lights),
       nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights) {

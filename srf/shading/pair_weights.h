@@ -12,10 +12,10 @@
 //
 // c_ij = s_i n_i n_j is the confidence in a pair, 0..1: s_i visibility weight of view i, or
 // fallbackConfidence (fallback_view.h) where no view sees the surfel well; n_i, n_j nearness of view and
-// light, clamp(4/3 (1 - p / p_t), 0, 1) with the threshold p_t of ULR, so that views and lights fade out
-// before others take their place among the nearest. The fall is slow: of two pairs that show a highlight and
-// none, the better one must not come within a degree. n_i = n_j = 1 for a capture with gaps, all of whose
-// pairs are considered.
+// light, 1 up to a quarter of the threshold p_t of ULR, then falling evenly to 0 at p_t. It falls slowly,
+// since neighbouring photographs can differ by a whole highlight: weight moves from one to the next while a
+// lamp crosses the gap between captured lights. n_i = n_j = 1 for a capture with gaps, all of whose pairs are
+// considered.
 //
 // Reciprocity: under kriging, the photograph of camera a under light b also answers for the light in the
 // place of a and the viewer in that of b [Helmholtz 1867]. Its pixel holds the cosine of b, which
@@ -39,6 +39,7 @@
 namespace surflect::shading {
 
 inline constexpr float kReciprocalNugget = 0.02f;
+inline constexpr float kNearUpTo = 0.25f; // p / p_t up to which views and lights are near: n = 1
 
 // Scales of d_ij. Those of `pairs` give p_i + p_j + 64 p_h + 4 (difference of shadow states)^2, where p_h is
 // 1 - cos of the angle between half vectors.

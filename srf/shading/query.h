@@ -69,7 +69,8 @@ struct ShadeOptions {
   std::optional<Interpolation> interpolation = {};
   std::optional<bool> reciprocal = {};
   size_t cameras = 3; // number blended per query, 1..kMaxBlended
-  size_t pairs = 6;   // number of (camera, light) pairs blended instead, unless weights are separate
+  // Number of (camera, light) pairs blended instead, unless weights are separate; default: pairCount.
+  std::optional<size_t> pairs = {};
   // Override the model's light blend; see LightBlend.
   std::optional<size_t> lights = {};
   std::optional<ulr::LightFit> lightFit = {};

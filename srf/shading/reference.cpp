@@ -170,7 +170,7 @@ private:
       uint32_t view, column, light;
     };
     std::vector<Pair> pairs;
-    ulr::NearestCandidates nearest(options_.nearest ? 1 : options_.pairs);
+    ulr::NearestCandidates nearest(options_.nearest ? 1 : pairCount(field_, options_));
     float least = std::numeric_limits<float>::infinity();
     for (const capture::Light& light : field_.rig.lights)
       least = std::min(least, lightPenalty(light, source));
@@ -197,7 +197,7 @@ private:
     const auto sorted = nearest.sorted();
     for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
       const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
-      all[index] = sorted[0].penalty < threshold ? std::clamp(4.f / 3 * (1 - p / threshold), 0.f, 1.f)
+      all[index] = sorted[0].penalty < threshold ? std::clamp((1 - p / threshold) / (1 - kNearUpTo), 0.f, 1.f)
                    : p <= sorted[0].penalty      ? 1.f
                                                  : 0.f;
     }
@@ -282,7 +282,8 @@ private:
   // w_ij; the index is that of the pair.
   ulr::BlendSet nearWeights(const std::vector<NearPair>& pairs, const ulr::PairPlace& asked) const {
     const bool isKriging = interpolationOf(field_, options_) == Interpolation::kriging;
-    ulr::NearestCandidates nearest(options_.pairs);
+    const size_t count = pairCount(field_, options_);
+    ulr::NearestCandidates nearest(count);
     for (uint32_t pair = 0; pair < pairs.size(); ++pair) {
       const float apart = std::abs(pairs[pair].place.back() - asked.back()),
                   squared = std::max(0.f, ulr::squaredDistance(pairs[pair].place, asked) - apart * apart);
@@ -292,13 +293,13 @@ private:
     if (!isKriging) return truncated(ulr::ulrWeights(nearest));
     const auto sorted = nearest.sorted();
     std::vector<ulr::KrigingSample> samples;
-    for (const auto& [pair, distance] : sorted.first(std::min(options_.pairs, sorted.size())))
-      samples.push_back({pair, pairs[pair].place,
-                         ulr::nuggetOf(sorted.size() > options_.pairs && sorted.back().penalty > 0
-                                           ? distance / sorted.back().penalty
-                                           : 0,
-                                       pairs[pair].confidence) +
-                             pairs[pair].nugget});
+    for (const auto& [pair, distance] : sorted.first(std::min(count, sorted.size())))
+      samples.push_back(
+          {pair, pairs[pair].place,
+           ulr::nuggetOf(sorted.size() > count && sorted.back().penalty > 0 ? distance / sorted.back().penalty
+                                                                            : 0,
+                         pairs[pair].confidence) +
+               pairs[pair].nugget});
     const std::vector<double> w = ulr::krigingWeightsReference(samples, asked);
     ulr::BlendSet weights;
     for (size_t k = 0; k < samples.size(); ++k) weights.push({samples[k].index, static_cast<float>(w[k])});

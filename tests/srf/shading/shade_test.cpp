@@ -176,7 +176,8 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
 }
 
 // Photographs in light answer for light, those in shadow for shadow. Others have a little weight where those
-// of the requested state are far, so that none appears at once.
+// of the requested state are far, so that none appears at once: here every second light is in shadow, however
+// near the next one is.
 TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
   QueryBatch batch = randomBatch(model, 300, 1, random);
   model.lightVisibility = {model.rig.lights.size(), {}};
