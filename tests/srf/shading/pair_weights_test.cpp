@@ -211,11 +211,11 @@ LargestChange largestChange(model::Model& model, const Path& path, uint32_t firs
   return largest;
 }
 
-// The largest changes along random paths. The model is lent surfels for their steps.
+// The largest changes along random paths. Adds a surfel to the model for each step of a path.
 struct LargestChanges {
   double jump = 0;  // of a weight, by which half the step has more than 0.6 times its change
   double worst = 0; // of a weight in a step
-  double moved = 0; // LargestChange::moved; a shadow's edge is left out, since its path is no angle
+  double moved = 0; // LargestChange::moved, without paths out of a shadow, which are not angles
 };
 LargestChanges largestChanges(model::Model& model, std::mt19937& random, const ShadeOptions& options,
                               int paths = 1000) {
@@ -247,7 +247,7 @@ TEST_F(PairWeight, ChangesContinuouslyAlongAThousandPaths) {
   EXPECT_LT(changes.worst, 0.02);
 }
 
-// So that no highlight seems to jump as a lamp moves. The captured lights are about 45 degrees apart.
+// Else a highlight seems to jump as a lamp moves. The captured lights are about 45 degrees apart.
 TEST_F(PairWeight, LittleWeightMovesWithinADegree) {
   EXPECT_LT(largestChanges(model, random, kReciprocal).moved, 1.0 / 3);
 }

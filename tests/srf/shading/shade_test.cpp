@@ -176,8 +176,7 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
 }
 
 // Photographs in light answer for light, those in shadow for shadow. Others have a little weight where those
-// of the requested state are far, so that none appears at once: here every second light is in shadow, however
-// near the next one is.
+// of the requested state are far, so that none appears at once. Here every second light is in shadow.
 TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
   QueryBatch batch = randomBatch(model, 300, 1, random);
   model.lightVisibility = {model.rig.lights.size(), {}};
