@@ -19,7 +19,7 @@ namespace {
 constexpr size_t kSurfels = 1000, kFolds = 96; // sampled surfels, and pairs of a camera and a light left out
 constexpr size_t kFewest = 4;                  // cameras, and lights, to leave one out
 constexpr double kSeenWell = 0.5;              // least visibility weight
-constexpr double kGainDb = 1;                  // that kriging must have over separate weights
+constexpr double kGainDb = 1;                  // least gain of kriging over separate weights
 
 struct Candidate {
   ulr::InterpolationChoice choice;
@@ -183,6 +183,7 @@ void renumber(shading::ShadingPlan& plan, const Fold& left) {
 // Sums of squared errors of values clipped at white.
 struct Errors {
   double linear = 0, shown = 0;
+  size_t values = 0;
 
   void add(std::span<const Rgb> got, std::span<const Rgb> wanted, float white) {
     const auto addChannel = [&](float a, float b) {
@@ -190,6 +191,7 @@ struct Errors {
       linear += (x - y) * (x - y);
       const float difference = image::srgbFromLinear(x) - image::srgbFromLinear(y);
       shown += difference * difference;
+      ++values;
     };
     for (size_t i = 0; i < got.size(); ++i) {
       addChannel(got[i].r, wanted[i].r);
@@ -198,8 +200,9 @@ struct Errors {
     }
   }
   // Mean of both PSNRs.
-  double db(double count) const {
+  double db() const {
     constexpr double kLeast = 1e-12;
+    const auto count = static_cast<double>(values);
     return -5 * (std::log10(linear / count + kLeast) + std::log10(shown / count + kLeast));
   }
 };
@@ -213,8 +216,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
   const std::vector<Candidate> candidates = candidatesFor(model, hasNormals);
   codec::BlockCache cache(model.files, size_t{256} << 20);
   shading::ShadingStats stats;
-  std::vector<Errors> errors(candidates.size());
-  size_t values = 0;
+  std::vector<Errors> errors(candidates.size()), ofKeptViews(candidates.size());
   const std::vector<Fold> folds = foldsOf(model);
   for (size_t fold = 0; fold < folds.size(); ++fold) {
     progress("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds.size()));
@@ -223,7 +225,6 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
     if (batch.size() == 0) continue;
     Model rest = without(sample, left);
     const auto truth = shading::shade(truthOf(sample, batch, left.view, left.column), cache, stats);
-    values += 3 * batch.size();
     const std::vector<float> reached = batch.reached;
     for (size_t c = 0; c < candidates.size(); ++c) {
       progress.checkpoint();
@@ -232,16 +233,22 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
       batch.reached = candidates[c].choice.shadows ? reached : std::vector<float>{};
       shading::ShadingPlan plan = shading::planShading(rest, batch, {});
       renumber(plan, left);
-      errors[c].add(shading::shade(plan, cache, stats), truth, static_cast<float>(model.white));
+      const std::vector<Rgb> predicted = shading::shade(plan, cache, stats);
+      const auto white = static_cast<float>(model.white);
+      errors[c].add(predicted, truth, white);
+      if (!left.leavesView) ofKeptViews[c].add(predicted, truth, white);
     }
   }
-  if (values == 0) return {};
+  if (errors[0].values == 0) return {};
   std::vector<double> db;
-  for (const Errors& each : errors) db.push_back(each.db(static_cast<double>(values)));
+  for (const Errors& each : errors) db.push_back(each.db());
   const auto best = static_cast<size_t>(std::max_element(db.begin() + 1, db.end()) - db.begin());
   InterpolationSelection selection{candidates[best].choice, candidates[best].foreshortened,
                                    InterpolationSelection::LeftOut{db[best], db[0]}};
-  if (db[best] < db[0] + kGainDb) {
+  const auto gains = [best](const std::vector<Errors>& each) {
+    return each[0].values == 0 || each[best].db() >= each[0].db() + kGainDb;
+  };
+  if (!gains(errors) || !gains(ofKeptViews)) {
     selection.choice.kind = ulr::Interpolation::separate;
     selection.leftOut->chosenDb = db[0];
   }

@@ -22,10 +22,12 @@ struct InterpolationSelection {
 };
 
 // Chooses among separate weights, and kriging with several scales, with and without reciprocity and shadow
-// states. Separate weights stay unless kriging gains 1 dB: leaving a camera out widens gaps, and in gaps
-// kriging gains most. The best settings of kriging are stored even then. Blends of pairs are foreshortened if
-// the model's light blend is; in a capture with gaps, which has no light blend, if there are normals and the
-// error is less. Reads blocks of the model's view files. Throws Error as ViewFile::read, and Cancelled.
+// states. Separate weights stay unless kriging gains 1 dB among all photographs left out, and 1 dB among
+// those whose camera stays: leaving a camera out doubles the gap to the next, and in gaps kriging gains even
+// for glass, where it loses otherwise. The best settings of kriging are stored even then. Blends of pairs are
+// foreshortened if the model's light blend is; in a capture with gaps, which has no light blend, if there are
+// normals and the error is less. Reads blocks of the model's view files. Throws Error as ViewFile::read, and
+// Cancelled.
 InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
                                            const Progress& progress = {});
 
