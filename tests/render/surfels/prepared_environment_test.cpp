@@ -332,7 +332,8 @@ TEST_F(EnvironmentOfSphere, KeyLightsAreWeightedByPairs) {
   kriging.shade.interpolation = ulr::Interpolation::kriging;
   kriging.shadows = true;
   EnvironmentCache cache;
-  const scene::Scene scene{*noWarp(), camera, lightOf(map)};
+  const auto still = noWarp();
+  const scene::Scene scene{*still, camera, lightOf(map)};
   const LitScene whole = litScene(scene, 0, model(), separate.shade, cache),
                  lit = litScene(scene, 0, model(), kriging.shade, cache);
   EXPECT_EQ(whole.scene.lights.size(), 1u);
