@@ -2,6 +2,8 @@
 
 #include "srf/ulr/kriging.h"
 
+#include <limits>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "srf/shading/pair_kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -65,6 +67,7 @@ void writePairPenalties(const NearSources& viewers, const NearSources& lights, c
 }
 
 size_t findLeast(float* penalties, size_t count, size_t most, uint32_t* places, float* least) {
+  constexpr float kLargest = std::numeric_limits<float>::max(); // Highway's emulated MinOfLanes of infinities
   for (size_t found = 0; found < most; ++found) {
     Lanes smallest = infinity(); // in each lane; the comparison leaves out NaN
     for (size_t i = 0; i < count; i += kWidth) {
@@ -73,7 +76,7 @@ size_t findLeast(float* penalties, size_t count, size_t most, uint32_t* places, 
     }
     const Lanes all = hn::MinOfLanes(kTag, smallest);
     least[found] = hn::GetLane(all);
-    if (!(least[found] < __builtin_inff())) return found;
+    if (!(least[found] < kLargest)) return found;
     for (size_t i = 0;; i += kWidth)
       if (const intptr_t lane = hn::FindFirstTrue(kTag, load(penalties + i) == all); lane >= 0) {
         places[found] = static_cast<uint32_t>(i + static_cast<size_t>(lane));
