@@ -66,6 +66,7 @@ model::Model everyView(const model::Model& model, size_t step) {
   part.tolerance = model.tolerance;
   part.lightBlend = model.lightBlend;
   part.isFullProduct = model.isFullProduct;
+  part.hasNearPairs = model.hasNearPairs;
   part.rig.views.clear();
   for (size_t view = 0; view < model.rig.views.size(); view += step) {
     part.rig.views.push_back(model.rig.views[view]);

@@ -70,6 +70,7 @@ Model withSurfels(const Model& model, SurfelCloud cloud, ulr::VisibilityWeights 
   field.columns = model.columns;
   field.lightBlend = model.lightBlend;
   field.isFullProduct = model.isFullProduct;
+  field.hasNearPairs = model.hasNearPairs;
   return field;
 }
 

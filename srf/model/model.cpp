@@ -6,6 +6,7 @@
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/visibility_file.h"
+#include "srf/shading/near_pairs.h"
 #include "srf/ulr/light_visibility.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -344,6 +345,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
     });
   }
   checks.conclude();
+  model.hasNearPairs = shading::hasNearPairs(model);
   return model;
 }
 
@@ -367,6 +369,7 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   }
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
+  model.hasNearPairs = shading::hasNearPairs(model);
   model.white = content.white;
   model.tolerance = content.tolerance;
   model.lightBlend = content.lightBlend;

@@ -51,14 +51,18 @@ float exchangedConfidence(float cosine, float reached) {
 PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), options_(options), nearest_(options.nearest),
-      weighsPairs_(shading::weighsPairs(field, options)), isSparse_(weighsPairs_ && !field.isFullProduct),
+      weighsPairs_(shading::weighsPairs(field, options)), isSparse_(weighsPairs_ && !field.hasNearPairs),
       isKriging_(interpolationOf(field, options) == Interpolation::kriging),
       litScales_(scalesOf(field, options, 1)), shadowScales_(scalesOf(field, options, 0)),
       foreshortened_(weighsPairs_ && lightBlend(field, options).foreshortened),
       reciprocal_(isReciprocal(field, options)), count_(options.nearest ? 1 : pairCount(field, options)),
       weightError_(options.weightError),
       views_(field, batch, weighsPairs_ ? withNearViews(options, kNear) : options), lights_(field.rig.lights),
-      nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights) {
+      nearLightsOf_(ulr::sourcesOf(ulr::viewpointsOf(field.rig.lights))), nearestOfLight_(batch.lights),
+      numbers_(field.rig.views.size() * field.rig.lights.size(), kMissing),
+      lightPenalties_(field.rig.lights.size()), nearOfAll_{std::vector<float>(field.rig.views.size()),
+                                                           std::vector<float>(field.rig.lights.size())},
+      exchangedOfAll_{nearOfAll_.lights, nearOfAll_.viewers} {
   if (reciprocal_ && !isSparse_) {
     std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints;
     for (const capture::View& view : field.rig.views) viewpoints.emplace_back(view.camera);
@@ -70,6 +74,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const ulr::LightExtrapol
     firstPair_.push_back(pairs_.size());
     const auto& lights = field.columns[view];
     for (uint32_t column = 0; column < lights.size(); ++column) {
+      numbers_[view * field.rig.lights.size() + lights[column]] = static_cast<uint32_t>(pairs_.size());
       pairs_.push_back({view, column, lights[column]});
     }
   }
@@ -107,6 +112,7 @@ BestView PairWeights::select(size_t lane) {
     setAllViews(best);
     return best;
   }
+  if (!field_.isFullProduct && !batch_.environments.empty()) views_.computePenalties(query_); // blendTowards
   const auto [views, best] = views_.nearest(lane);
   setNearViews(views, best);
   return best;
@@ -117,8 +123,7 @@ float PairWeights::confidenceIn(uint32_t view, const Direction3<AcquisitionSpace
   const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
   if (best.penalty <= ulr::kFallbackFrom) return seen;
   const float angle = ulr::anglePenalty(towards, batch_.towardsView[query_]);
-  // The view may be a fallback. In a full product, its nearness is 0 where fallbacks begin.
-  const float begun = isSparse_ ? std::min(1.f, best.penalty - ulr::kFallbackFrom) : 1;
+  const float begun = std::min(1.f, best.penalty - ulr::kFallbackFrom); // fallbacks fade in
   return std::max(seen, begun * ulr::fallbackConfidence(angle, penalty));
 }
 
@@ -182,19 +187,23 @@ ulr::KrigingScales PairWeights::scalesFor(const LightQuery& asked) const {
   return reached >= 1 ? litScales_ : scalesOf(field_, options_, reached);
 }
 
-ulr::NearestCandidates PairWeights::nearestLights(const Direction3<AcquisitionSpace>& towards) const {
+ulr::NearestCandidates PairWeights::nearestLights(const Direction3<AcquisitionSpace>& towards) {
   ulr::NearestCandidates nearest(kNear);
-  for (uint32_t light = 0; light < lights_.size(); ++light)
-    nearest.offer({light, ulr::anglePenalty(lights_.towards(light), towards)});
+  for (uint32_t light = 0; light < lights_.size(); ++light) {
+    lightPenalties_[light] = ulr::anglePenalty(lights_.towards(light), towards);
+    nearest.offer({light, lightPenalties_[light]});
+  }
   return nearest;
 }
 
 // Pairs by the sum of the penalties of view and light.
-ulr::BlendSet PairWeights::separateBlend(const Direction3<AcquisitionSpace>& towards) const {
+ulr::BlendSet PairWeights::separateBlend() const {
   ulr::NearestCandidates nearest(count_);
-  for (uint32_t number = 0; number < pairs_.size(); ++number) {
-    const auto& [view, column, light] = pairs_[number];
-    nearest.offer({number, views_.penalty(view, ulr::anglePenalty(lights_.towards(light), towards))});
+  for (uint32_t view = 0; view < field_.columns.size(); ++view) {
+    if (!(views_.penalty(view, 0) < nearest.worst())) continue; // no light makes its penalty less
+    for (size_t column = 0; column < field_.columns[view].size(); ++column)
+      nearest.offer({static_cast<uint32_t>(firstPair_[view] + column),
+                     views_.penalty(view, lightPenalties_[field_.columns[view][column]])});
   }
   return ulr::ulrWeights(nearest);
 }
@@ -240,7 +249,25 @@ ulr::BlendSet PairWeights::weightsOf(const ulr::NearestCandidates& nearest, cons
       ulr::pairPlace(asked.towards, batch_.towardsView[query_], asked.reached.value_or(1), scales));
 }
 
-// Pairs of the nearest views and lights; every view has every light.
+void PairWeights::leaveOutMissing(const NearPairs& pairs, float* penalties) const {
+  for (size_t viewer = 0; viewer < pairs.viewers.size; ++viewer)
+    for (size_t light = 0; light < pairs.lights.size; ++light)
+      if (numberOf(pairs, viewer, light) == kMissing)
+        penalties[kPairLanes * viewer + light] = std::numeric_limits<float>::infinity();
+}
+
+float PairWeights::shareOfAllPairs() const {
+  float best = 0, photographed = 0;
+  for (size_t viewer = 0; viewer < near_.viewers.size; ++viewer)
+    for (size_t light = 0; light < near_.lights.size; ++light) {
+      const float confidence = near_.confidence(kPairLanes * viewer + light);
+      best = std::max(best, confidence);
+      if (numberOf(near_, viewer, light) != kMissing) photographed = std::max(photographed, confidence);
+    }
+  return best > 0 ? std::max(0.f, 1 - 2 * photographed / best) : 0;
+}
+
+// Pairs of the nearest views and lights.
 ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
   const ulr::KrigingScales scales = scalesFor(asked);
   const RequestedPair requested = requestedPair(asked, scales);
@@ -248,6 +275,10 @@ ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
   const size_t nearPairs = kPairLanes * near_.viewers.size, exchanged = kPairLanes * exchanged_.viewers.size;
   writePairPenalties(near_.viewers, near_.lights, requested, penalties.data());
   writePairPenalties(exchanged_.viewers, exchanged_.lights, requested, penalties.data() + nearPairs);
+  if (!field_.isFullProduct) {
+    leaveOutMissing(near_, penalties.data());
+    leaveOutMissing(exchanged_, penalties.data() + nearPairs);
+  }
   std::array<uint32_t, ulr::kMaxBlended + 1> places;
   std::array<float, ulr::kMaxBlended + 1> least;
   const size_t found =
@@ -258,16 +289,13 @@ ulr::BlendSet PairWeights::nearBlend(const LightQuery& asked) const {
     const bool isExchanged = place >= nearPairs;
     const NearPairs& pairs = isExchanged ? exchanged_ : near_;
     const size_t pair = isExchanged ? place - nearPairs : place;
-    const uint32_t viewer = pairs.viewers.index[pair / kPairLanes],
-                   light = pairs.lights.index[pair % kPairLanes];
-    const size_t number = isExchanged ? firstPair_[light] + viewer : firstPair_[viewer] + light;
-    return {static_cast<uint32_t>(number), pairs.place(pair, scales), pairs.confidence(pair),
-            isExchanged ? kReciprocalNugget : 0};
+    return {numberOf(pairs, pair / kPairLanes, pair % kPairLanes), pairs.place(pair, scales),
+            pairs.confidence(pair), isExchanged ? kReciprocalNugget : 0};
   });
 }
 
-// All pairs that were photographed, for a capture with gaps.
-ulr::BlendSet PairWeights::sparseBlend(const LightQuery& asked) const {
+// All pairs that were photographed, with `share` of their confidence where they are not near.
+ulr::BlendSet PairWeights::allBlend(const LightQuery& asked, float share) const {
   const ulr::KrigingScales scales = scalesFor(asked);
   const auto count = static_cast<uint32_t>(pairs_.size());
   const auto candidateAt = [&](uint32_t index) -> Candidate {
@@ -276,11 +304,13 @@ ulr::BlendSet PairWeights::sparseBlend(const LightQuery& asked) const {
     if (index < count)
       return {index,
               ulr::pairPlace(towards, towardsViews_[view], asked.reached ? reachedBy(light) : 1, scales),
-              confidences_[view], 0};
+              std::max(nearOfAll_.viewers[view] * nearOfAll_.lights[light], share * confidences_[view]), 0};
     const float seen = ulr::VisibilityWeights::decode(field_.visibility.of(surfel_)[view]);
+    const float confidence =
+        seen * exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
+                                   asked.reached ? *asked.reached * reachedBy(light) : 1);
     return {index % count, ulr::pairPlace(towardsViews_[view], towards, 1, scales),
-            seen * exchangedConfidence(ulr::foreshortenedCosine(normal_, towards),
-                                       asked.reached ? *asked.reached * reachedBy(light) : 1),
+            std::max(exchangedOfAll_.viewers[light] * exchangedOfAll_.lights[view], share * confidence),
             kReciprocalNugget};
   };
   const ulr::PairPlace requested =
@@ -332,6 +362,16 @@ float PairWeights::shareOfState(const ulr::BlendSet& weights, float reached) con
   return share;
 }
 
+PairWeights::ConfidenceOfAll PairWeights::confidenceOfAll(const NearPairs& pairs, size_t viewers,
+                                                          size_t lights) {
+  ConfidenceOfAll all{std::vector<float>(viewers), std::vector<float>(lights)};
+  for (size_t i = 0; i < pairs.viewers.size; ++i)
+    all.viewers[pairs.viewers.index[i]] = pairs.viewers.confidence[i];
+  for (size_t i = 0; i < pairs.lights.size; ++i)
+    all.lights[pairs.lights.index[i]] = pairs.lights.confidence[i];
+  return all;
+}
+
 PairWeights::Blend PairWeights::blend(size_t l) {
   const size_t entry = query_ * batch_.lights + l;
   const LightQuery asked{batch_.towardsLight[entry], batch_.extrapolationOf(l),
@@ -341,20 +381,26 @@ PairWeights::Blend PairWeights::blend(size_t l) {
   const ulr::NearestCandidates lights =
       isPrecise ? nearestOfLight_[l].candidates(lane_) : nearestLights(asked.towards);
   if (lights.sorted().empty()) return {};
-  if (isSparse_) return blendOf(sparseBlend(asked), asked, lights, foreshortened_);
+  if (isSparse_) return blendOf(allBlend(asked, 1), asked, lights, foreshortened_);
   setNearLights(lights, asked.reached.has_value());
   exchanged_.viewers.clear();
   exchanged_.lights.clear();
   if (reciprocal_ && asked.reached.value_or(1) > 0)
     setExchanged(l, asked.reached); // exchanged pairs show a lit surfel
+  if (const float share = field_.isFullProduct ? 0 : shareOfAllPairs(); share > 0) {
+    setAllViews(views_.computePenalties(query_));
+    nearOfAll_ = confidenceOfAll(near_, field_.rig.views.size(), lights_.size());
+    exchangedOfAll_ = confidenceOfAll(exchanged_, lights_.size(), field_.rig.views.size());
+    return blendOf(allBlend(asked, share), asked, lights, foreshortened_);
+  }
   return blendOf(nearBlend(asked), asked, lights, foreshortened_);
 }
 
 PairWeights::Blend PairWeights::blendTowards(const Direction3<AcquisitionSpace>& towards,
-                                             ulr::LightExtrapolation extrapolation) const {
+                                             ulr::LightExtrapolation extrapolation) {
   const ulr::NearestCandidates lights = nearestLights(towards);
   if (lights.sorted().empty()) return {};
-  return blendOf(separateBlend(towards), {towards, extrapolation, {}}, lights, false);
+  return blendOf(separateBlend(), {towards, extrapolation, {}}, lights, false);
 }
 
 } // namespace surflect::shading

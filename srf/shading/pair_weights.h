@@ -4,7 +4,8 @@
 //   pairs:            p_ij = (d_ij^2 + t_j^2) / (2 c_ij),   w_ij by ULR
 //   kriging:          p_ij = d_ij (1 + t_j) / c_ij,         w_ij by kriging over the pairs of least p_ij
 //
-// The last two consider the pairs of the nearest views and lights if every view has every light, else all.
+// The last two consider the pairs of the nearest views and lights, or all if the capture has wide gaps
+// (near_pairs.h).
 //
 // Symbols: p_i penalty of view i (camera_weights.h), p_j = 1 - cos of the angle at the surfel between
 // captured light j and the light of the query [Weyrich 2005, §5.2]; d_ij distance of a pair from the
@@ -14,8 +15,11 @@
 // fallbackConfidence (fallback_view.h) where no view sees the surfel well; n_i, n_j nearness of view and
 // light, 1 up to a quarter of the threshold p_t of ULR, then falling evenly to 0 at p_t. It falls slowly,
 // since neighbouring photographs can differ by a whole highlight: weight moves from one to the next while a
-// lamp crosses the gap between captured lights. n_i = n_j = 1 for a capture with gaps, all of whose pairs are
-// considered.
+// lamp crosses the gap between captured lights. n_i = n_j = 1 for a capture with wide gaps.
+//
+// Few gaps: where the best of the near pairs were not photographed, all other pairs fade in. Their confidence
+// is then at least g s_i, with g = 1 - 2 c / c', the greatest confidence c of the near pairs that were
+// photographed and c' of all near pairs.
 //
 // Reciprocity: under kriging, the photograph of camera a under light b also answers for the light in the
 // place of a and the viewer in that of b [Helmholtz 1867]. Its pixel holds the cosine of b, which
@@ -89,8 +93,7 @@ public:
   Blend blend(size_t l);
   // The pairs for a light of an environment, by the penalties of cameras and lights apart, for a capture with
   // gaps.
-  Blend blendTowards(const Direction3<AcquisitionSpace>& towards,
-                     ulr::LightExtrapolation extrapolation) const;
+  Blend blendTowards(const Direction3<AcquisitionSpace>& towards, ulr::LightExtrapolation extrapolation);
 
   // Irradiance of a captured light at the query's surfel.
   Rgb irradiance(size_t light) const { return lights_.irradiance(light); }
@@ -110,6 +113,7 @@ public:
 
 private:
   static constexpr size_t kNear = kNearSources;
+  static constexpr uint32_t kMissing = 0xffffffff; // number of a pair that was not photographed
 
   // Light of a query, for which photographs are blended.
   struct LightQuery {
@@ -143,17 +147,33 @@ private:
                 bool isForeshortened) const;
   float shareOfState(const ulr::BlendSet& weights, float reached) const;
   ulr::KrigingScales scalesFor(const LightQuery& asked) const;
-  ulr::NearestCandidates nearestLights(const Direction3<AcquisitionSpace>& towards) const;
+  // Also computes lightPenalties_.
+  ulr::NearestCandidates nearestLights(const Direction3<AcquisitionSpace>& towards);
   float confidenceIn(uint32_t view, const Direction3<AcquisitionSpace>& towards, float penalty,
                      const BestView& best) const;
   void setNearViews(const ulr::NearestCandidates& nearest, const BestView& best);
   void setAllViews(const BestView& best);
   void setNearLights(const ulr::NearestCandidates& nearest, bool usesShadows);
   void setExchanged(size_t l, std::optional<float> requested);
-  ulr::BlendSet separateBlend(const Direction3<AcquisitionSpace>& towards) const;
+  ulr::BlendSet separateBlend() const;
   RequestedPair requestedPair(const LightQuery& asked, const ulr::KrigingScales& scales) const;
+  // Number of the pair of a viewer and a light, kMissing if it was not photographed.
+  uint32_t numberOf(const NearPairs& pairs, size_t viewer, size_t light) const {
+    const uint32_t a = pairs.viewers.index[viewer], b = pairs.lights.index[light];
+    const auto [ofView, ofLight] = &pairs == &exchanged_ ? std::pair(b, a) : std::pair(a, b);
+    return numbers_[ofView * lights_.size() + ofLight];
+  }
+  // Confidences of near pairs, by viewer and light; 0 for those that are not near.
+  struct ConfidenceOfAll {
+    std::vector<float> viewers, lights;
+  };
+  static ConfidenceOfAll confidenceOfAll(const NearPairs& pairs, size_t viewers, size_t lights);
+  // g
+  float shareOfAllPairs() const;
+  // Makes the penalties of missing pairs infinite.
+  void leaveOutMissing(const NearPairs& pairs, float* penalties) const;
   ulr::BlendSet nearBlend(const LightQuery& asked) const;
-  ulr::BlendSet sparseBlend(const LightQuery& asked) const;
+  ulr::BlendSet allBlend(const LightQuery& asked, float share) const;
   // Weights of the nearest of the candidates, whose numbers become those of pairs.
   template <class CandidateAt>
   ulr::BlendSet weightsOf(const ulr::NearestCandidates& nearest, const LightQuery& asked,
@@ -170,7 +190,7 @@ private:
   const ulr::LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const ShadeOptions options_;
-  const bool nearest_, weighsPairs_, isSparse_, isKriging_; // sparse: a capture with gaps
+  const bool nearest_, weighsPairs_, isSparse_, isKriging_; // sparse: a capture with wide gaps
   const ulr::KrigingScales litScales_, shadowScales_;
   const bool foreshortened_, reciprocal_;
   const size_t count_; // number of pairs blended
@@ -185,13 +205,16 @@ private:
   std::vector<const ulr::QueryBlends*> nearestViewsOfLight_;
   std::vector<Pair> pairs_;
   std::vector<size_t> firstPair_; // number of each view's first pair
+  std::vector<uint32_t> numbers_; // of pairs or kMissing, by view and light
   size_t begin_ = 0;
   // State of the selected query.
   size_t query_ = 0, lane_ = 0;
   uint32_t surfel_ = 0;
   Normal3<AcquisitionSpace> normal_;
-  std::vector<Direction3<AcquisitionSpace>> towardsViews_; // all, if the capture is sparse
+  std::vector<float> lightPenalties_;                      // p_j of all captured lights
+  std::vector<Direction3<AcquisitionSpace>> towardsViews_; // all, where all pairs are considered
   std::vector<float> confidences_;                         // in these views
+  ConfidenceOfAll nearOfAll_, exchangedOfAll_;
   NearPairs near_;
   NearPairs exchanged_; // lights of the rig as viewers, and views as lights
 };

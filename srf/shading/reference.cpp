@@ -190,10 +190,10 @@ private:
     }
   }
 
-  // n of the nearest views or lights, 0 for the others; 1 for a capture with gaps (pair_weights.h).
+  // n of the nearest views or lights, 0 for the others and in a capture with wide gaps (pair_weights.h).
   std::vector<float> nearness(const ulr::NearestCandidates& nearest, size_t count) const {
-    std::vector<float> all(count, field_.isFullProduct ? 0.f : 1.f);
-    if (!field_.isFullProduct) return all;
+    std::vector<float> all(count);
+    if (!field_.hasNearPairs) return all;
     const auto sorted = nearest.sorted();
     for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
       const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
@@ -216,36 +216,44 @@ private:
     float nugget;     // in addition to nuggetOf
   };
 
-  // The pairs of the nearest views and lights.
+  // Pairs of the nearest views and lights, and the part of all others that a gap needs (pair_weights.h).
   std::vector<NearPair> nearPairs(const ulr::NearestCandidates& views, const ulr::NearestCandidates& lights,
-                                  std::optional<float> reached) const {
+                                  std::optional<float> reached, float& share) const {
     const std::vector<float> ofView = nearness(views, field_.rig.views.size()),
                              ofLight = nearness(lights, field_.rig.lights.size());
-    std::vector<NearPair> pairs;
     const bool needsFallbacks = views.sorted().empty() || views.sorted()[0].penalty > ulr::kFallbackFrom;
-    const float begun = !field_.isFullProduct && needsFallbacks && !views.sorted().empty()
+    const float begun = needsFallbacks && !views.sorted().empty()
                             ? std::min(1.f, views.sorted()[0].penalty - ulr::kFallbackFrom)
                             : 1;
+    std::vector<float> s;
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
-      const auto towards = towardsView(i);
-      const float angle = ulr::anglePenalty(towards, towardsView_),
-                  s = std::max(ulr::VisibilityWeights::decode(visibility_[i]),
-                               needsFallbacks ? begun * ulr::fallbackConfidence(angle, penalty(i, 0)) : 0);
+      const float angle = ulr::anglePenalty(towardsView(i), towardsView_);
+      s.push_back(std::max(ulr::VisibilityWeights::decode(visibility_[i]),
+                           needsFallbacks ? begun * ulr::fallbackConfidence(angle, penalty(i, 0)) : 0));
+    }
+    float best = 0, photographed = 0;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
+      for (const float n : ofLight) best = std::max(best, s[i] * ofView[i] * n);
+      for (const uint32_t j : field_.columns[i])
+        photographed = std::max(photographed, s[i] * ofView[i] * ofLight[j]);
+    }
+    share = !field_.hasNearPairs ? 1 : best > 0 ? std::max(0.f, 1 - 2 * photographed / best) : 0;
+    std::vector<NearPair> pairs;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
       for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
         const uint32_t j = field_.columns[i][column];
-        const auto light = capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
-        if (const float confidence = s * ofView[i] * ofLight[j]; confidence > 0)
+        if (const float confidence = s[i] * std::max(ofView[i] * ofLight[j], share); confidence > 0)
           pairs.push_back({i, column, j,
-                           ulr::pairPlace(light, towards, reachedBy(j, reached),
+                           ulr::pairPlace(towardsLight(j), towardsView(i), reachedBy(j, reached),
                                           scalesOf(field_, options_, reached.value_or(1))),
                            confidence, 0});
       }
-    }
     return pairs;
   }
 
   // The photographs of views near the light under lights near the viewer, as pairs with both exchanged.
-  std::vector<NearPair> exchangedPairs(const QueryLight& source, std::optional<float> requested) const {
+  std::vector<NearPair> exchangedPairs(const QueryLight& source, std::optional<float> requested,
+                                       float share) const {
     ulr::NearestCandidates lights(kNearSources), views(kNearSources);
     for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
       lights.offer({j, ulr::anglePenalty(towardsLight(j), towardsView_)});
@@ -259,7 +267,7 @@ private:
       for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
         const uint32_t j = field_.columns[i][column];
         const float confidence =
-            ofView[i] * ofLight[j] * ulr::VisibilityWeights::decode(visibility_[i]) *
+            std::max(share, ofView[i] * ofLight[j]) * ulr::VisibilityWeights::decode(visibility_[i]) *
             exchangedConfidence(static_cast<float>(ulr::foreshortenedCosine(
                                     normal_, capture::towardsLight(field_.rig.lights[j], p0_))),
                                 requested.value_or(1) * reachedBy(j, requested));
@@ -311,9 +319,10 @@ private:
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
     for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
       lights.offer({j, lightPenalty(field_.rig.lights[j], source)});
-    std::vector<NearPair> pairs = nearPairs(views, lights, reached);
+    float share = 0;
+    std::vector<NearPair> pairs = nearPairs(views, lights, reached, share);
     if (isReciprocal(field_, options_) && reached.value_or(1) > 0)
-      for (const NearPair& pair : exchangedPairs(source, reached)) pairs.push_back(pair);
+      for (const NearPair& pair : exchangedPairs(source, reached, share)) pairs.push_back(pair);
     const ulr::BlendSet weights =
         nearWeights(pairs, ulr::pairPlace(source.towards, towardsView_, reached.value_or(1),
                                           scalesOf(field_, options_, reached.value_or(1))));

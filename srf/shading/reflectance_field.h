@@ -41,6 +41,7 @@ struct ReflectanceField {
   // True if every view has every light, in the order of the rig; cameras and lights are then weighted
   // separately.
   bool isFullProduct = false;
+  bool hasNearPairs = false; // near_pairs.h; true of a full product
 };
 
 } // namespace surflect::shading

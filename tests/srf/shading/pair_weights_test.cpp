@@ -252,6 +252,18 @@ TEST_F(PairWeight, LittleWeightMovesWithinADegree) {
   EXPECT_LT(largestChanges(model, random, kReciprocal).moved, 1.0 / 3);
 }
 
+// With a few gaps, pairs of near views and lights are weighted as in a full product.
+class PairWeightWithGaps : public NearPairQueries {
+protected:
+  PairWeightWithGaps() { model.interpolation.halfScale = 0.2f; }
+};
+
+TEST_F(PairWeightWithGaps, ChangesContinuouslyAlongAThousandPaths) {
+  const LargestChanges changes = largestChanges(model, random, kReciprocal);
+  EXPECT_LT(changes.jump, 0.01);
+  EXPECT_LT(changes.worst, 0.02);
+}
+
 class GappyPairWeight : public PairQueries {
 protected:
   GappyPairWeight() { model.interpolation.halfScale = 0.2f; }

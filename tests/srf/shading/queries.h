@@ -96,6 +96,13 @@ inline Studio unevenGappyStudio() {
   return studio;
 }
 
+// Studio without one in eleven of its frames.
+inline Studio nearlyFullStudio() {
+  return {.split = [](size_t view, size_t light) {
+    return (view * 5 + light) % 11 == 0 ? std::nullopt : std::optional(capture::Split::train);
+  }};
+}
+
 // Queries to a studio with all pairs of camera and light. Packed once per suite; each test opens the model
 // anew.
 class ProductQueries : public ::testing::Test {
@@ -117,6 +124,17 @@ protected:
   static inline std::unique_ptr<PackedStudio> packed;
   model::Model model = model::openModel(packed->model.folder);
   std::mt19937 random{2};
+};
+
+// Queries to a capture with a few gaps.
+class NearPairQueries : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(nearlyFullStudio(), 1000); }
+  static void TearDownTestSuite() { packed.reset(); }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  model::Model model = model::openModel(packed->model.folder);
+  std::mt19937 random{3};
 };
 
 } // namespace surflect::studio

@@ -39,6 +39,7 @@ std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch, size
 
 class Shade : public ProductQueries {};
 class ShadePairs : public PairQueries {};
+class ShadeNearPairs : public NearPairQueries {};
 
 // Foreshortened, a light keeps its irradiance on the surface rather than on a surface facing it.
 TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
@@ -125,7 +126,7 @@ void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
   QueryBatch batch = randomBatch(model, 300, 2, random);
   batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
   const auto expectEqual = [&] {
-    for (const bool foreshortened : {false, model.isFullProduct}) {
+    for (const bool foreshortened : {false, true}) {
       EXPECT_LT(errorOfShading(model, batch,
                                {.interpolation = Interpolation::pairs, .foreshortened = foreshortened}),
                 3e-5);
@@ -156,9 +157,12 @@ void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
 
 TEST_F(Shade, PairsOfNearViewsAndLightsEqualTheReference) { expectPairsOfTheReference(model, random); }
 TEST_F(ShadePairs, PairsOfNearViewsAndLightsEqualTheReference) { expectPairsOfTheReference(model, random); }
+TEST_F(ShadeNearPairs, PairsOfNearViewsAndLightsEqualTheReference) {
+  expectPairsOfTheReference(model, random);
+}
 
 // Epipole consistency, for cameras and lights together.
-TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
+void expectPhotographsThemselves(const model::Model& model, std::mt19937& random) {
   const auto [batch, photographs] = capturedRays(model, random);
   for (const Interpolation interpolation : {Interpolation::pairs, Interpolation::kriging}) {
     const ShadingPlan plan =
@@ -173,6 +177,13 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
     }
     EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 3e-3f);
   }
+}
+
+TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
+  expectPhotographsThemselves(model, random);
+}
+TEST_F(ShadeNearPairs, ACapturedRayUnderACapturedLightIsThatPhotograph) {
+  expectPhotographsThemselves(model, random);
 }
 
 // Photographs in light answer for light, those in shadow for shadow. Others have a little weight where those
