@@ -91,8 +91,8 @@ Json runChart(const ChartArguments& arguments, const Progress& progress) {
 void addChartCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<ChartArguments>();
   CLI::App* command = app.add_subcommand("chart", "chart the speed of settings against their accuracy");
-  command->footer(
-      "Example: surflect chart vase.srf examples/vase --knob cameras=3,2,1 --knob lights=3,1 -o report/");
+  command->footer("Example: surflect chart vase.srf examples/vase --knob pairs=6,4,2 --knob "
+                  "surfel_size=0,1,2 -o report/");
   command
       ->add_option_function<std::vector<std::string>>(
           "paths",

@@ -3,9 +3,9 @@
 namespace surflect {
 
 void addLightFieldCommand(CLI::App& app, CommandWork& work) {
-  CLI::App* command = app.add_subcommand(
-      "lightfield",
-      "light fields of an object under fixed light: build, join, compare, time and fly around them");
+  CLI::App* command =
+      app.add_subcommand("lightfield", "light fields of an object under fixed light: build them, put several "
+                                       "into a scene, compare, time and fly around them");
   command->footer("Example: surflect lightfield build slf views/ -o vase.slf\n"
                   "         surflect lightfield compare vase.slf vase.lum --views views/");
   command->require_subcommand(1);

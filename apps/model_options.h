@@ -118,7 +118,7 @@ inline CLI::Option* addKnobOption(CLI::App& command, knobs::Setting& setting) {
                      .at("--knob");
                setting[knob.name] = knob.values[0];
              },
-             "accuracy against speed, such as cameras=2; default: the most accurate")
+             "accuracy against speed, such as surfel_size=1; default: the most accurate")
       ->option_text("NAME=VALUE ...");
 }
 

@@ -29,6 +29,8 @@ void announceEach(std::span<const proxy::Impostor::Fit> fits) {
   say(line);
 }
 
+constexpr double kHullFits = 0.8; // least median intersection over union of mattes that agree
+
 // Prints how well a hull fits the mattes: the median and the worst three views, then all.
 void announceFits(std::vector<proxy::Impostor::Fit> fits) {
   const std::vector<proxy::Impostor::Fit> inOrder = fits;
@@ -38,8 +40,14 @@ void announceFits(std::vector<proxy::Impostor::Fit> fits) {
     if (i < 3) worst += fmt::format(" {} {:.3f}", fits[i].view, fits[i].intersectionOverUnion);
     if (fits[i].leftOut) leftOut += " " + fits[i].view;
   }
+  const double median = fits[fits.size() / 2].intersectionOverUnion;
   say(fmt::format("geometry: visual hull of {} mattes; silhouettes agree to {:.3f} IoU (median), worst:{}",
-                  fits.size(), fits[fits.size() / 2].intersectionOverUnion, worst));
+                  fits.size(), median, worst));
+  if (median < kHullFits)
+    say(fmt::format(
+        "warning: no hull fits the mattes: found {:.3f} IoU, expected {} or more; lenses, poses or "
+        "mattes are wrong",
+        median, kHullFits));
   announceEach(inOrder);
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }

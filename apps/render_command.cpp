@@ -8,6 +8,7 @@
 #include "render/film/film_writer.h"
 #include "render/film/shot_renderer.h"
 #include "srf/image/exr.h"
+#include "srf/image/png.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
@@ -130,18 +131,28 @@ std::string describe(const capture::Camera<ObjectSpace>& camera) {
   return text;
 }
 
-// Under a budget of time any setting will do: the frame's identity begins with `identity` and ends with it.
-bool isRendered(const std::filesystem::path& path, const std::string& identity, bool anySetting) {
+std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
+
+// Whether a whole frame is there that was rendered so, with its preview if one is asked for. Reads all
+// pixels, since a file may have been cut short after its header. Under a budget of time any setting will do:
+// the frame's identity begins with `identity` and ends with it.
+bool isRendered(const std::filesystem::path& path, bool hasPreview, const std::string& identity,
+                bool anySetting) {
   if (!std::filesystem::exists(path)) return false;
   try {
-    const auto found = image::ExrFile(path).attribute("surflect.identity");
-    return found == identity || (anySetting && found && found->starts_with(identity));
+    const image::ExrFile file(path);
+    const auto found = file.attribute("surflect.identity");
+    if (found != identity && !(anySetting && found && found->starts_with(identity))) return false;
+    std::vector<image::ChannelSet> all;
+    for (const std::string& channel : file.channels()) all.push_back({channel});
+    file.read(all);
+    if (!hasPreview) return true;
+    const image::Image preview = image::readPng(previewPath(path)).image;
+    return preview.width == file.width() && preview.height == file.height();
   } catch (const Error&) {
     return false;
   }
 }
-
-std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
 
 // Folders of the frames. Throws Error if a frame cannot be written: its folder cannot be created or written
 // to, or its name is taken by something other than a file.
@@ -277,8 +288,8 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     for (int frame = range.first; frame <= range.last; frame += arguments.every) {
       progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
       const auto path = scene::framePath(*script.output, arguments.output, frame);
-      if (arguments.resume && isRendered(path, identity, arguments.quality.budgetMs.has_value()) &&
-          (!script.output->png || std::filesystem::is_regular_file(previewPath(path)))) {
+      if (arguments.resume &&
+          isRendered(path, script.output->png, identity, arguments.quality.budgetMs.has_value())) {
         ++kept;
         continue;
       }

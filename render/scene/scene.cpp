@@ -71,7 +71,11 @@ Rgb strengthAt(const warp::Track3& color, const warp::Track& intensity, const wa
   const Vec3<double> rgb =
       warp::finiteAt(color, time, "color") * warp::finiteAt(intensity, time, "intensity");
   if (!(rgb.minCoeff() >= 0 && rgb.maxCoeff() <= std::numeric_limits<float>::max()))
-    throw Error::mismatch("none below 0 or beyond float", "such a strength").at("intensity");
+    throw Error::mismatch("0 to 3.4e38",
+                          "color times intensity " +
+                              numberText(rgb.minCoeff() < 0 ? rgb.minCoeff() : rgb.maxCoeff()) +
+                              " at frame " + numberText(time.frame))
+        .at("intensity");
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 

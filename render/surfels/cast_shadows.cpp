@@ -13,7 +13,9 @@ namespace surflect::surfels {
 
 bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
                   std::optional<bool> choice) {
-  return choice.value_or(field.interpolation.shadows) && field.lightVisibility && field.levels &&
+  const bool isDefault =
+      field.interpolation.shadows || shading::interpolationOf(field, options) == ulr::Interpolation::pairs;
+  return choice.value_or(isDefault) && field.lightVisibility && field.levels &&
          shading::weighsPairs(field, options);
 }
 

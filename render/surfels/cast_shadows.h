@@ -12,8 +12,9 @@
 
 namespace surflect::surfels {
 
-// True if photographs are told from one another by whether they show a surfel lit: the model's choice, or the
-// one given.
+// True if photographs are told from one another by whether they show a surfel lit: the given choice, or the
+// model's for kriging. By default always for pairs, which else blend photographs with the requested half
+// vector that show the surfel turned away from the light.
 bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
                   std::optional<bool> choice = {});
 

@@ -52,6 +52,9 @@ void ViewGrouping::add(Capture& capture, Frame frame, const std::optional<std::s
         {cameraName ? *cameraName : fs::path(frame.picture).replace_extension().string(), camera});
   };
   if (views.empty()) addView();
+  const std::pair place(views[0], frame.light);
+  if (shown_.try_emplace({frame.picture, frame.layer}, place).first->second != place && ++shared_ == 1)
+    firstShared_ = frame.picture.string() + (frame.layer.empty() ? "" : ", layer " + frame.layer);
   const size_t next = capture.frames.size();
   const auto [found, isNew] = shots_.try_emplace({views[0], frame.light, frame.split}, Shot{0, next});
   Shot& shot = found->second;
@@ -82,6 +85,10 @@ std::vector<std::string> ViewGrouping::notes() const {
   if (listedTwice_ > 0)
     notes.push_back(counted(listedTwice_, "frame") + (listedTwice_ > 1 ? " are" : " is") +
                     " listed twice, and taken once");
+  if (shared_ > 0)
+    notes.push_back(counted(shared_, "frame") + (shared_ > 1 ? " show" : " shows") +
+                    " the picture of another camera or light (" + firstShared_ +
+                    (shared_ > 1 ? ", ..)" : ")"));
   return notes;
 }
 

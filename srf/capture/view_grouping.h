@@ -22,7 +22,8 @@ public:
   void add(Capture& capture, Frame frame, const std::optional<std::string>& cameraName,
            const Camera<AcquisitionSpace>& camera);
 
-  // Notes for the user: photographs that repeat view and light of another, and frames listed twice.
+  // Notes for the user: photographs that repeat view and light of another, frames listed twice, and frames
+  // whose picture is that of another camera or light.
   std::vector<std::string> notes() const;
 
 private:
@@ -38,8 +39,10 @@ private:
 
   std::map<ViewKey, std::vector<size_t>> views_;                           // of one pose, in file order
   std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the pose's first view
-  size_t repeated_ = 0, listedTwice_ = 0;
-  std::string firstRepeated_;
+  // First view of the pose, and light, of each picture and layer.
+  std::map<std::pair<std::filesystem::path, std::string>, std::pair<size_t, std::optional<size_t>>> shown_;
+  size_t repeated_ = 0, listedTwice_ = 0, shared_ = 0;
+  std::string firstRepeated_, firstShared_;
 };
 
 } // namespace surflect::capture

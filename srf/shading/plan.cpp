@@ -4,6 +4,7 @@
 #include "srf/shading/camera_weights.h"
 #include "srf/shading/pair_weights.h"
 #include "surfel/base/error.h"
+#include "surfel/base/message_text.h"
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -250,7 +251,9 @@ void requireLights(const ReflectanceField& field, const QueryBatch& batch, const
     throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
         .in(field.folder);
   if (!isFixed && batch.sources() == 0)
-    throw Error("captured under several lights: the script needs a light of its own").in(field.folder);
+    throw Error("captured under " + counted(field.rig.lights.size(), "light") +
+                ": the script, or the photographs to compare with, must name a light")
+        .in(field.folder);
   if (options.foreshortened.value_or(false) &&
       (isFixed || (!field.isFullProduct && !weighsPairs(field, options))))
     throw Error::mismatch(

@@ -139,11 +139,23 @@ class Pack(TestInFolder):
             self.assertGreater(fit["iou"], 0.95)
             self.assertFalse(fit["left_out"])
         said = run("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000").stderr.splitlines()
+        self.assertFalse([line for line in said if "no hull fits" in line])
         summary = next(i for i, line in enumerate(said) if line.startswith("geometry: visual hull of 6 mattes"))
         lines = list(itertools.takewhile(lambda line: line.startswith("  "), said[summary + 1:]))
         fits = ", ".join(line.strip().rstrip(",") for line in lines)
         self.assertEqual(fits, ", ".join(f"{fit['view']} {fit['iou']:.3f}" for fit in report["silhouettes"]))
         self.assertLess(max(map(len, lines)), 105)
+
+    def test_mattes_that_no_hull_fits_are_said(self):
+        capture = self.folder / "misfit"
+        write_small_capture(capture, cameras=6, lights=2)
+        description = json.loads((capture / "transforms.json").read_text())
+        del description["geometry"]
+        description["cx"] += 30
+        (capture / "transforms.json").write_text(json.dumps(description))
+        packed = run("pack", capture, "-o", self.folder / "misfit.srf", "--surfels", "3000")
+        self.assertEqual(packed.returncode, 0)
+        self.assertRegex(packed.stderr, r"warning: no hull fits the mattes: found 0\.\d+ IoU, expected 0\.8 or more")
 
 
 if __name__ == "__main__":

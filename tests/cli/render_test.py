@@ -105,6 +105,14 @@ class Render(TestInFolder):
         self.assertEqual([frame["frame"] for frame in report["frames"]], [2, 3])
         self.assertEqual((frames / "frame.01.exr").stat().st_mtime_ns, kept)
         self.assertEqual(content(frames), self.film)
+        for name in ("frame.02.exr", "frame.02.png"):
+            whole = (frames / name).read_bytes()
+            middle = len(whole) // 2
+            for damaged in (whole[:middle], whole[:-30], whole[:middle] + b"\xff\0\xff\0" + whole[middle + 4:]):
+                (frames / name).write_bytes(damaged)
+                report = self.render("resumed", "--resume")
+                self.assertEqual([frame["frame"] for frame in report["frames"]], [2], name)
+                self.assertEqual(content(frames), self.film)
 
     def test_resume_renders_anew_what_another_script_has_rendered(self):
         other = self.folder / "other.toml"

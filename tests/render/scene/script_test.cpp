@@ -566,7 +566,7 @@ TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
             "shots/shot.toml: light[1].direction: found length 0 at frame 9, expected a direction");
   EXPECT_EQ(
       at("intensity = 40", "intensity = -1", 9),
-      "shots/shot.toml: light[0].intensity: found such a strength, expected none below 0 or beyond float");
+      "shots/shot.toml: light[0].intensity: found color times intensity -1 at frame 9, expected 0 to 3.4e38");
   EXPECT_EQ(at("axis = [0, 1, 0]", "axis = [0, \"9 - frame\", 0]", 9),
             "shots/shot.toml: warp[0].axis: found length 0 at frame 9, expected a direction");
 }

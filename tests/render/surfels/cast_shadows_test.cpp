@@ -91,6 +91,23 @@ TEST(CastShadows, WhatTurnsAwayIsInShadow) {
   EXPECT_EQ(batch.reached, (std::vector<float>{0, 0, 0}));
 }
 
+// Pairs with the requested half vector may show the surfel turned away from the light.
+TEST(CastShadows, AreUsedByPairsEvenIfTheModelChoseNoneForKriging) {
+  shading::ReflectanceField field;
+  field.rig.lights.resize(1);
+  field.lightVisibility.emplace();
+  field.levels.emplace();
+  field.interpolation.shadows = false;
+  const shading::ShadeOptions pairs{.interpolation = ulr::Interpolation::pairs},
+      kriging{.interpolation = ulr::Interpolation::kriging};
+  EXPECT_TRUE(castsShadows(field, pairs, {}));
+  EXPECT_FALSE(castsShadows(field, pairs, false));
+  EXPECT_FALSE(castsShadows(field, kriging, {}));
+  EXPECT_TRUE(castsShadows(field, kriging, true));
+  field.lightVisibility.reset();
+  EXPECT_FALSE(castsShadows(field, pairs, {}));
+}
+
 TEST(Occluders, AreTheFinestLevelThatIsSmallEnough) {
   const SurfelCloud cloud = floorUnderRoof();
   const LevelsOfDetail levels = levelsOfDetail(cloud);

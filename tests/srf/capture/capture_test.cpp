@@ -399,6 +399,15 @@ TEST_F(CaptureFile, OfOneExposureAViewHasAnyNumberOfTestFrames) {
   for (const size_t i : {2u, 3u}) EXPECT_EQ(bracketOf(capture.frames[i]).size(), 2u);
 }
 
+TEST_F(CaptureFile, APictureOfAnotherCameraIsNoted) {
+  Json json = small();
+  Json moved = json["frames"][0];
+  moved["transform_matrix"][0][3] = moved["transform_matrix"][0][3].get<double>() + 1;
+  json["frames"].push_back(moved);
+  EXPECT_EQ(read(json).notes, (std::vector<std::string>{
+                                  "1 frame shows the picture of another camera or light (images/a.png)"}));
+}
+
 TEST_F(CaptureFile, ASecondPhotographOfOneViewAndLightIsAViewOfItsOwn) {
   for (const bool named : {false, true}) {
     Json json = small();
