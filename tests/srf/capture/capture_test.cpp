@@ -307,6 +307,9 @@ TEST_F(CaptureFile, RotationsThatAreOffByMoreThanATenThousandthAreSaid) {
   Json json = small();
   const auto add = [&](double sine, double scale = 1) {
     Json frame = json["frames"][0];
+    const std::string picture = "images/a" + std::to_string(json["frames"].size()) + ".png";
+    image::writePng(folder / picture, image::Image(6, 4, 3));
+    frame["file_path"] = picture;
     frame["transform_matrix"] = {
         {scale, scale * sine, 0, json["frames"].size()}, {0, scale, 0, 0}, {0, 0, scale, 5}, {0, 0, 0, 1}};
     json["frames"].push_back(frame);

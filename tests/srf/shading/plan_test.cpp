@@ -225,7 +225,8 @@ TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
 
 TEST_F(ShadingPlanned, ALitCaptureNeedsALight) {
   const QueryBatch batch = randomBatch(model, 10, 0, random);
-  EXPECT_NE(image::errorOf([&] { planShading(model, batch, {}); }).find("needs a light"), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { planShading(model, batch, {}); }).find("must name a light"),
+            std::string::npos);
 }
 
 TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
