@@ -28,9 +28,10 @@ def options_by_folder(build):
         words = shlex.split(entry["command"])
         output = words.index("-o")
         options = words[1:output]
-        if "-include" in options:
-            at = options.index("-include")
-            del options[at:at + 2]
+        for with_argument in ("-Xclang", "-include"):  # precompiled headers, by clang or g++
+            while with_argument in options:
+                at = options.index(with_argument)
+                del options[at:at + 2]
         found.setdefault(words[output + 1].partition("/CMakeFiles/")[0], options)
     return found
 
