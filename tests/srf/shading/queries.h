@@ -103,38 +103,21 @@ inline Studio nearlyFullStudio() {
   }};
 }
 
-// Queries to a studio with all pairs of camera and light. Packed once per suite; each test opens the model
-// anew.
-class ProductQueries : public ::testing::Test {
+inline Studio fullStudio() { return {}; }
+
+// Queries to a studio that is packed once per suite; each test opens the model anew.
+template <Studio (*photographed)(), size_t surfels, unsigned seed> class Queries : public ::testing::Test {
 protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(Studio{}, 2000); }
+  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(photographed(), surfels); }
   static void TearDownTestSuite() { packed.reset(); }
 
   static inline std::unique_ptr<PackedStudio> packed;
   model::Model model = model::openModel(packed->model.folder);
-  std::mt19937 random{1};
+  std::mt19937 random{seed};
 };
 
-// Queries to a capture with gaps, under lights of different strengths.
-class PairQueries : public ::testing::Test {
-protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(unevenGappyStudio(), 1000); }
-  static void TearDownTestSuite() { packed.reset(); }
-
-  static inline std::unique_ptr<PackedStudio> packed;
-  model::Model model = model::openModel(packed->model.folder);
-  std::mt19937 random{2};
-};
-
-// Queries to a capture with a few gaps.
-class NearPairQueries : public ::testing::Test {
-protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(nearlyFullStudio(), 1000); }
-  static void TearDownTestSuite() { packed.reset(); }
-
-  static inline std::unique_ptr<PackedStudio> packed;
-  model::Model model = model::openModel(packed->model.folder);
-  std::mt19937 random{3};
-};
+using ProductQueries = Queries<fullStudio, 2000, 1>;
+using PairQueries = Queries<unevenGappyStudio, 1000, 2>;    // wide gaps; lights of different strengths
+using NearPairQueries = Queries<nearlyFullStudio, 1000, 3>; // a few gaps
 
 } // namespace surflect::studio
