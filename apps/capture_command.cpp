@@ -1,9 +1,11 @@
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/scene/scene.h"
 #include "render/stage/stage_capture.h"
 #include "render/stage/stage_source.h"
+#include "render/surfels/surfel_method.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/stopwatch.h"
@@ -20,9 +22,9 @@ namespace surflect {
 namespace {
 
 struct CaptureArguments {
-  std::string stage, output, model, scale, script;
+  std::string stage, output, model, scale, script, mesh;
   double frame = 1;
-  model::PackOptions pack;
+  MethodOptions pack; // of the store
 };
 
 // "4 h 10 min", "3 min 20 s" or "7 s"
@@ -98,8 +100,10 @@ Json runCapture(const CaptureArguments& arguments, const Progress& progress) {
   if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
   if (!arguments.output.empty())
     stage::requireCapturable(stage, nullptr, stage::StageFrames::test, arguments.output);
+  model::PackOptions pack = surfels::packOptions(arguments.pack.settingFor(surfels::surfelMethod()));
+  pack.impostor.mesh = arguments.mesh;
   const model::PackReport report =
-      stage::packStage(stage, arguments.model, arguments.pack, withTimeLeft(progress), announceSize);
+      stage::packStage(stage, arguments.model, pack, withTimeLeft(progress), announceSize);
   announce(report, arguments.model);
   Json json = {{"model", jsonOf(report)}};
   json["model"]["samples"] = stage.trace.samples;
@@ -134,8 +138,10 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(frameNumber())
       ->needs(script);
-  for (CLI::Option* option : addStoreOptions(*command, arguments->pack)) option->needs(model);
-  command->add_option("--mesh", arguments->pack.impostor.mesh, "impostor geometry instead of the stage's own")
+  constexpr std::string_view kStored[] = {"tolerance", "surfels", "opaque", "overwrite"};
+  for (CLI::Option* option : arguments->pack.add(*command, surfels::surfelMethod(), kStored))
+    option->needs(model);
+  command->add_option("--mesh", arguments->mesh, "impostor geometry instead of the stage's own")
       ->needs(model);
   setWork(*command, work, "the same command again goes on from here",
           [arguments](const Progress& progress) { return runCapture(*arguments, progress); });

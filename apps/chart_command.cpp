@@ -1,10 +1,13 @@
 #include "apps/capture_argument.h"
-#include "apps/model_options.h"
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/chart/chart_files.h"
 #include "render/chart/make_chart.h"
+#include "render/chart/subject.h"
 #include "surfel/base/folder.h"
+#include "surfel/base/message_text.h"
+#include "surfel/math/simd.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -13,6 +16,7 @@
 #include <fstream>
 #include <memory>
 #include <set>
+#include <span>
 
 namespace surflect {
 
@@ -23,8 +27,31 @@ struct ChartArguments {
   std::string bent, script, output;
   capture::PathRule outside = capture::PathRule::inside;
   double frame = 1;
+  std::vector<std::string> sweeps; // NAME=V1,V2,..
+  MethodOptions given;
   chart::ChartOptions options;
 };
+
+// Throws UsageError for an option that no model has, and for one that is swept twice.
+std::vector<method::Sweep> sweepsOf(const ChartArguments& arguments,
+                                    std::span<const method::Method* const> methods) {
+  std::vector<method::Option> rows;
+  for (const method::Method* method : methods)
+    rows.insert(rows.end(), method->renderOptions.begin(), method->renderOptions.end());
+  rows.push_back(chart::scaleOption());
+  try {
+    std::vector<method::Sweep> sweeps;
+    for (const std::string& text : arguments.sweeps) {
+      method::Sweep sweep = method::parseSweep({methods.front()->tag, rows}, text);
+      if (std::ranges::find(sweeps, sweep.name, &method::Sweep::name) != sweeps.end())
+        throw Error("is given twice").at(sweep.name).at("--sweep");
+      sweeps.push_back(std::move(sweep));
+    }
+    return sweeps;
+  } catch (const Error& error) {
+    throw UsageError(error);
+  }
+}
 
 // Name of the processor, number of threads and vector instructions.
 std::string machine() {
@@ -65,12 +92,16 @@ std::string optionsAgain(const CLI::App& command, const std::vector<std::string>
   return text;
 }
 
-Json runChart(const ChartArguments& arguments, const Progress& progress) {
+Json runChart(ChartArguments& arguments, const Progress& progress) {
   const std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
   std::set<std::filesystem::path> distinct;
   for (const std::filesystem::path& model : models)
     if (!distinct.insert(std::filesystem::weakly_canonical(model / "")).second)
       throw Error("the model is given twice").in(model);
+  std::vector<const method::Method*> methods;
+  for (const std::filesystem::path& model : models) methods.push_back(&method::methodOfModel(model));
+  arguments.options.settings = arguments.given.settingsFor(methods);
+  arguments.options.sweep = sweepsOf(arguments, methods);
   requireCreatable(arguments.output);
   const capture::Capture capture = CaptureArgument{arguments.paths.back(), arguments.outside}.read();
   std::optional<chart::BentTruth> bent;
@@ -91,8 +122,8 @@ Json runChart(const ChartArguments& arguments, const Progress& progress) {
 void addChartCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<ChartArguments>();
   CLI::App* command = app.add_subcommand("chart", "chart the speed of settings against their accuracy");
-  command->footer("Example: surflect chart vase.srf examples/vase --knob pairs=6,4,2 --knob "
-                  "surfel_size=0,1,2 -o report/");
+  command->footer("Example: surflect chart vase.srf examples/vase --sweep pairs=6,4,2 "
+                  "--sweep surfel_size=0,1,2 -o report/");
   command
       ->add_option_function<std::vector<std::string>>(
           "paths",
@@ -107,19 +138,15 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
       ->required()
       ->check(notEmpty());
   addAllowOutside(*command, arguments->outside);
-  addKnobValuesOption(
-      *command,
-      [arguments](const knobs::KnobValues& knob) {
-        auto& sweep = arguments->options.sweep;
-        if (std::ranges::find(sweep, knob.name, &knobs::KnobValues::name) != sweep.end())
-          throw Error("is given twice").at(knob.name).at("--knob");
-        sweep.push_back(knob);
-      },
-      "a knob to sweep, with every other one and its most accurate value; default: every knob alone, the "
-      "preview, and a greedy descent")
+  command
+      ->add_option(
+          "--sweep", arguments->sweeps,
+          "values of an option, with every value of the others that are swept; default: every option "
+          "alone, the preview, and a greedy descent")
+      ->allow_extra_args(false)
       ->option_text("NAME=V1,V2,.. ...");
   command->add_flag("--only", arguments->options.onlyGiven,
-                    "the given values alone; without --knob, full accuracy alone");
+                    "the given values alone; without --sweep, full accuracy alone");
   CLI::Option* bent = command->add_option("--bent", arguments->bent, "a capture of the object, deformed");
   CLI::Option* script =
       command->add_option("--script", arguments->script, "warps that the deformed object went through");
@@ -141,7 +168,10 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--rounds", arguments->options.rounds, "rounds of timing over all settings")
       ->capture_default_str()
       ->check(atLeastOne);
-  addModelOptions(*command, arguments->options.renderer);
+  addSimd(*command);
+  arguments->given.add(*command, MethodOptions::Kind::render, [arguments] {
+    return arguments->paths.empty() ? nullptr : methodAt(arguments->paths.front());
+  });
   setWork(*command, work, "the same command goes on from here",
           [arguments, command](const Progress& progress) {
             chart::ChartOptions& options = arguments->options;
@@ -150,11 +180,12 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
             std::string paths;
             for (const std::string& path : arguments->paths) paths += fmt::format(" {}", shellWord(path));
             options.command = "surflect chart" + paths + optionsAgain(*command, {"--json"});
-            const std::string again = optionsAgain(*command, {"--json", "--knob", "--only", "--output"});
-            options.commandOf = [=](const std::filesystem::path& model, const knobs::Setting& setting) {
+            const std::string again = optionsAgain(*command, {"--json", "--sweep", "--only", "--output"});
+            options.commandOf = [=](const std::filesystem::path& model, const method::Setting& setting) {
               std::string text = fmt::format("surflect chart {} {}{}", shellWord(model.string()),
                                              shellWord(arguments->paths.back()), again);
-              for (const auto& [name, value] : setting) text += fmt::format(" --knob {}={}", name, value);
+              for (const auto& [name, value] : setting)
+                text += fmt::format(" --sweep {}={}", name, value.text());
               return text + " --only -o point/";
             };
             return runChart(*arguments, progress);

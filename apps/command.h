@@ -50,7 +50,6 @@ void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);
-void addLightFieldCommand(CLI::App& app, CommandWork& work);
 void addVerifyCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
 

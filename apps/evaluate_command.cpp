@@ -1,12 +1,14 @@
 #include "apps/capture_argument.h"
-#include "apps/model_options.h"
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
+#include "apps/timed_renderer.h"
 #include "render/evaluation/evaluate.h"
 #include "render/evaluation/rank_correlation.h"
 #include "render/evaluation/sparsification.h"
 #include "render/evaluation/true_frames.h"
 #include "render/scene/environment_files.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 
@@ -20,13 +22,13 @@ namespace surflect {
 namespace {
 
 struct EvaluateArguments {
-  std::string model, script, split = "test";
+  std::vector<std::string> models;
+  std::string script, split = "test";
   CaptureArgument capture;
   std::vector<std::string> baselines;
   bool confidence = false;
   double frame = 1;
-  render::RendererOptions options;
-  knobs::Setting setting;
+  MethodOptions options;
 };
 
 // Keys of the report by the names of baselines.
@@ -39,6 +41,7 @@ Json scoreJson(const evaluation::Score& score) {
           {"ssim_srgb", score.difference.ssim()},
           {"psnr_linear_interior_db", evaluation::psnr(score.interiorError.mean())},
           {"truth_noise_db", evaluation::psnr(score.truthNoise.mean())},
+          {"ape_srgb", 255 * score.difference.absoluteErrorSrgb.mean()},
           {"alpha_error", score.difference.absoluteErrorAlpha.mean()},
           {"frame_count", score.frames}};
 }
@@ -112,10 +115,37 @@ void sayTable(const Json& report) {
     if (report.contains(key)) table(name, report[key]);
 }
 
-Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
-  const auto renderer = render::openRenderer(arguments.model, arguments.options, progress);
-  renderer->turn(arguments.setting);
-  const capture::Capture capture = arguments.capture.read();
+// Mean of a count over all frames; null if the renderer does not report it.
+Json meanCount(const std::vector<method::FrameReport>& reports, const std::string& name) {
+  double sum = 0;
+  for (const method::FrameReport& report : reports) {
+    const auto found = report.counts.find(name);
+    if (found == report.counts.end()) return {};
+    sum += found->second;
+  }
+  return reports.empty() ? Json() : Json(sum / static_cast<double>(reports.size()));
+}
+
+// Several models, a line each.
+void sayComparison(const Json& rows) {
+  size_t width = 5;
+  for (const Json& row : rows) width = std::max(width, row["model"].get<std::string>().size());
+  say(fmt::format("{:<{}}  linear dB  interior  sRGB dB    SSIM       MiB  ms a frame  passes", "model",
+                  width));
+  for (const Json& row : rows)
+    say(fmt::format("{:<{}}  {:>9.2f}  {:>8.2f}  {:>7.2f}  {:.4f}  {:>8.1f}  {:>10.1f}  {:>6}",
+                    row["model"].get<std::string>(), width, row["psnr_linear_db"].get<double>(),
+                    row["psnr_linear_interior_db"].get<double>(), row["psnr_srgb_db"].get<double>(),
+                    row["ssim_srgb"].get<double>(), row["model_bytes"].get<double>() / (1 << 20),
+                    row["frame_ms"].get<double>(),
+                    row["passes"].is_null() ? "" : fmt::format("{:.0f}", row["passes"].get<double>())));
+}
+
+// Scores of one model.
+Json evaluated(const EvaluateArguments& arguments, const std::string& model, const method::Setting& setting,
+               const capture::Capture& capture, const Progress& progress) {
+  TimedRenderer timed(method::openRenderer(model, setting, progress));
+  method::Renderer* const renderer = &timed;
   evaluation::EvaluateOptions options;
   warp::WarpPointer warp = warp::chainWarp({});
   const capture::Capture& rig = renderer->describe().rig;
@@ -135,17 +165,26 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   if (options.lambert && !arguments.script.empty())
     throw Error("the Lambert baseline does not bend: no --script with it");
   options.confidence = arguments.confidence;
-  std::unique_ptr<render::Renderer> nearest;
+  std::unique_ptr<method::Renderer> nearest;
   if (isAsked("nearest")) {
-    render::RendererOptions nearestOptions = arguments.options;
-    nearestOptions.nearest = true;
-    nearest = render::openRenderer(arguments.model, nearestOptions, progress);
+    if (renderer->describe().isBaked)
+      throw Error("a light field has no nearest photograph: only surfels have").in(model);
+    method::Setting nearestSetting = setting;
+    nearestSetting["interpolation"] = "nearest";
+    for (const char* dependent : {"reciprocity", "shadows"}) nearestSetting.erase(dependent);
+    nearest = method::openRenderer(model, nearestSetting, progress);
     options.others["nearest"] = nearest.get();
   }
   const evaluation::Evaluation evaluation =
       evaluation::evaluate(*renderer, capture, *warp, options, progress);
 
-  Json report = {{"exposure", evaluation.exposure}};
+  Json report = {{"model", model},
+                 {"method", renderer->describe().method},
+                 {"options", jsonOf(setting)},
+                 {"exposure", evaluation.exposure},
+                 {"model_bytes", method::modelBytes(model)},
+                 {"frame_ms", 1e3 * median(timed.seconds())},
+                 {"passes", meanCount(timed.reports(), "passes")}};
   report.update(summaryOf(evaluation, [](const evaluation::FrameScore& frame) -> const evaluation::Score& {
     return frame.score;
   }));
@@ -169,9 +208,9 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   report["invalid_texels"] = invalidTexels;
   const size_t unknown = capture.frames.size() - evaluation::withKnownObject(capture).frames.size();
   report["photographs_without_mask"] = unknown;
-  if (arguments.confidence) report["confidence"] = confidenceJson(evaluation);
-  sayTable(report);
-  if (arguments.confidence) sayConfidence(report["confidence"]);
+  if (arguments.confidence) report["predicted_error"] = confidenceJson(evaluation);
+  if (arguments.models.size() == 1) sayTable(report);
+  if (arguments.confidence) sayConfidence(report["predicted_error"]);
   if (unknown > 0)
     say(fmt::format("{} photographs have no mask, as others have, and are in no score", unknown));
   if (invalidTexels > 0)
@@ -179,14 +218,40 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   return report;
 }
 
+Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
+  std::vector<const method::Method*> methods;
+  for (const std::string& model : arguments.models) methods.push_back(&method::methodOfModel(model));
+  const std::map<std::string, method::Setting> settings = arguments.options.settingsFor(methods);
+  const capture::Capture capture = arguments.capture.read();
+  Json reports = Json::array();
+  for (size_t i = 0; i < methods.size(); ++i)
+    reports.push_back(
+        evaluated(arguments, arguments.models[i], settings.at(methods[i]->tag), capture, progress));
+  if (reports.size() == 1) return reports.front();
+  sayComparison(reports);
+  return {{"capture", arguments.capture.path}, {"split", arguments.split}, {"models", std::move(reports)}};
+}
+
 } // namespace
 
 void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<EvaluateArguments>();
-  CLI::App* command = app.add_subcommand("evaluate", "compare renderings with a capture's photographs");
-  command->footer("Example: surflect evaluate vase.srf examples/vase --baseline nearest --json");
-  command->add_option("model", arguments->model, "a packed model")->required();
-  addCaptureArgument(*command, arguments->capture);
+  CLI::App* command =
+      app.add_subcommand("evaluate", "compare renderings of models with a capture's photographs");
+  command->footer("Example: surflect evaluate vase.srf examples/vase --baseline nearest --json\n"
+                  "         surflect evaluate vase.slf vase.lfm vase.lfm/views");
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "paths",
+          [arguments](const std::vector<std::string>& paths) {
+            if (paths.size() < 2) throw CLI::ValidationError("give one or more models, then a capture");
+            arguments->models.assign(paths.begin(), paths.end() - 1);
+            arguments->capture.path = paths.back();
+          },
+          "one or more models of one object, then a capture with its photographs")
+      ->option_text("MODEL... CAPTURE")
+      ->required();
+  addAllowOutside(*command, arguments->capture.outside);
   command->add_option("--split", arguments->split, "which photographs")
       ->capture_default_str()
       ->check(CLI::IsMember({"test", "train"}));
@@ -197,8 +262,8 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));
-  command->add_flag("--confidence", arguments->confidence,
-                    "also compare the predicted errors of the AOV confidence with the true ones");
+  command->add_flag("--predicted-error", arguments->confidence,
+                    "also compare the AOV predicted_error with the true errors");
   CLI::Option* script = command->add_option(
       "--script", arguments->script,
       "warps that the photographed object went through, and lights of photographs that name none");
@@ -206,8 +271,10 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(frameNumber())
       ->needs(script);
-  addModelOptions(*command, arguments->options);
-  addKnobOption(*command, arguments->setting);
+  addSimd(*command);
+  arguments->options.add(*command, MethodOptions::Kind::render, [arguments] {
+    return arguments->models.empty() ? nullptr : methodAt(arguments->models.front());
+  });
   setWork(*command, work, "nothing was kept",
           [arguments](const Progress& progress) { return runEvaluate(*arguments, progress); });
 }

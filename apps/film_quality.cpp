@@ -1,6 +1,6 @@
 #include "apps/film_quality.h"
 
-#include "apps/model_options.h"
+#include "apps/option_values.h"
 #include "render/control/relative_error.h"
 #include "surfel/base/message_text.h"
 #include "surfel/base/stopwatch.h"
@@ -18,38 +18,26 @@ constexpr double kNearly = 1.2; // times the tolerance
 } // namespace
 
 void addQualityOptions(CLI::App& command, QualityOptions& options) {
-  addKnobOption(command, options.knobs);
-  auto* quality =
-      command
-          .add_option_function<std::string>(
-              "--quality", [&options](const std::string& chosen) { options.isPreview = chosen == "preview"; },
-              "full, or a fast preview")
-          ->option_text("full or preview")
-          ->default_str("full")
-          ->check(CLI::IsMember(std::vector<std::string>{"full", "preview"}));
   auto* tolerance =
       command
           .add_option(
               "--tolerance", options.tolerance,
-              "turn knobs for speed while a frame's relative RMS error, against full, is at most this")
+              "choose faster settings while a frame's relative RMS error, against full, is at most this")
           ->check(finiteIn(0, 1));
   command
       .add_option("--budget-ms", options.budgetMs,
-                  "turn knobs for accuracy while a frame takes at most this many milliseconds; the film "
-                  "depends on the machine")
+                  "choose the most accurate settings with which a frame takes at most so many milliseconds; "
+                  "the film depends on the machine")
       ->check(finiteIn(0.01, 1e6))
-      ->excludes(tolerance)
-      ->excludes(quality);
-  tolerance->excludes(quality);
+      ->excludes(tolerance);
   command.add_flag("--verify", options.verifies,
                    "render each frame at full as well, and report its true error");
 }
 
-FilmQuality::FilmQuality(const QualityOptions& options, render::Renderer& renderer)
-    : options_(options), renderer_(renderer), base_(options.knobs) {
-  if (options.isPreview)
-    for (const auto& [name, value] : renderer.preview()) base_.try_emplace(name, value);
-  turnToBase();
+FilmQuality::FilmQuality(const QualityOptions& options, method::Setting base, method::Renderer& renderer)
+    : options_(options), renderer_(renderer), base_(method::forFrames(renderer.options(), std::move(base))) {
+  setBase();
+  if (options_.budgetMs) keepsBudget_ = renderer_.keepBudget(1e-3 * *options_.budgetMs);
 }
 
 std::string FilmQuality::identity() const {
@@ -58,12 +46,12 @@ std::string FilmQuality::identity() const {
   return "";
 }
 
-std::string FilmQuality::identity(const knobs::Setting& setting) const {
-  return identity() + (options_.budgetMs ? knobs::textOf(setting) : "");
+std::string FilmQuality::identity(const method::Setting& setting) const {
+  return identity() + (options_.budgetMs ? method::textOf(setting) : "");
 }
 
-control::Choice FilmQuality::turn(film::ShotRenderer& shot, const scene::Frames& frames, int frame,
-                                  double scale) {
+control::Choice FilmQuality::choose(film::ShotRenderer& shot, const scene::Frames& frames, int frame,
+                                    double scale) {
   control::Choice choice{base_, 0};
   if (isControlled()) {
     const Stopwatch watch;
@@ -83,13 +71,13 @@ control::Choice FilmQuality::turn(film::ShotRenderer& shot, const scene::Frames&
     choice = controller_->choose(frame);
     chooseSeconds_ += watch.seconds();
   }
-  renderer_.turn(choice.setting);
+  renderer_.set(choice.setting);
   return choice;
 }
 
 void FilmQuality::report(film::ShotRenderer& shot, int frame, double scale, const control::Choice& choice,
                          const image::Image& color, Json& entry) {
-  entry["setting"] = knobs::textOf(choice.setting);
+  entry["setting"] = method::textOf(choice.setting);
   settings_.insert(choice.setting);
   ++frames_;
   if (isControlled()) {
@@ -97,8 +85,10 @@ void FilmQuality::report(film::ShotRenderer& shot, int frame, double scale, cons
     predictedError_ = std::max(predictedError_, choice.predictedError);
   }
   if (!options_.verifies) return;
-  renderer_.turn(isControlled() ? base_ : knobs::Setting());
+  renderer_.set(isControlled() ? base_ : method::Setting());
+  if (keepsBudget_) renderer_.keepBudget(std::nullopt);
   const double error = control::relativeRms(color, shot.render(frame, scale, {}).color);
+  if (keepsBudget_) renderer_.keepBudget(1e-3 * *options_.budgetMs);
   entry["true_error"] = error;
   trueError_ = std::max(trueError_, error);
   within_ += error <= options_.tolerance.value_or(0);

@@ -3,7 +3,9 @@
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/contact_sheet.h"
+#include "render/methods.h"
 #include "srf/image/png.h"
+#include "srf/model/manifest.h"
 #include "srf/model/model.h"
 #include "srf/model/pack_folder.h"
 #include "srf/proxy/impostor.h"
@@ -79,7 +81,29 @@ Json told(Json report) {
   return report;
 }
 
+// Contents of a model of any method other than surfels.
+Json describe(const method::Renderer& renderer) {
+  const method::Description& model = renderer.describe();
+  Json json = {{"method", model.method}, {"views", model.rig.views.size()}, {"aovs", model.aovs}};
+  for (const auto& [name, count] : model.counts) json[name] = count;
+  json["bytes"] = method::modelBytes(model.folder);
+  for (const method::Option& option : renderer.options())
+    json["options"][option.name] = option.standard ? option.standard->text() : "";
+  return json;
+}
+
+// Whether a folder holds a model other than surfels.
+bool isLightField(const std::filesystem::path& folder) {
+  return std::filesystem::exists(folder / model::kManifestFile) && !model::formatOf(folder).empty() &&
+         model::formatOf(folder) != model::kSurfelFormat;
+}
+
 Json runInspect(const InspectArguments& arguments, const Progress& progress) {
+  if (isLightField(arguments.input.path)) {
+    if (!arguments.overlay.empty())
+      throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
+    return told(describe(*method::openRenderer(arguments.input.path, {}, progress)));
+  }
   const bool packed = model::isFinished(arguments.input.path) || model::isUnfinished(arguments.input.path);
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);

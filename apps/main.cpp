@@ -1,13 +1,16 @@
 // surflect: photographs in, deformed and relit film out.
 
 #include "apps/command.h"
+#include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "srf/image/exr.h"
+#include "surfel/base/nearest_name.h"
 #include "surfel/base/version.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -23,6 +26,25 @@ bool writeReport(const std::string& text) {
   return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
+// "; did you mean --lights?" for the first word of the command line that the program does not know.
+std::string suggestion(CLI::App& app, int argc, char** argv) {
+  using namespace surflect;
+  const bool hasCommand = !app.get_subcommands().empty();
+  const CLI::App& command = hasCommand ? *app.get_subcommands().front() : app;
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  if (!hasCommand)
+    for (const CLI::App* each : app.get_subcommands({})) known.push_back(each->get_name());
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    if ((hasCommand && !word.starts_with("--")) || std::ranges::find(known, word) != known.end()) continue;
+    const std::vector<std::string_view> names(known.begin(), known.end());
+    return fmt::format("; did you mean {}?", nearestName(word, names));
+  }
+  return "";
+}
+
 int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   using namespace surflect;
   Json report;
@@ -30,6 +52,9 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
   try {
     image::setExrThreads(exrThreads);
     report = work(terminalProgress());
+  } catch (const UsageError& error) {
+    report["error"] = error.what();
+    status = kUsage;
   } catch (const FailedReport& failure) {
     report = failure.report();
     report["error"] = failure.what();
@@ -56,8 +81,7 @@ int main(int argc, char** argv) {
   CLI::App app("Deforms, relights and renders captured surface reflectance fields.", "surflect");
   app.require_subcommand(1);
   app.set_version_flag("--version", kVersion);
-  app.footer(
-      "Example: surflect pack examples/vase -o vase.srf && surflect render examples/film.toml -o frames/");
+  app.footer("Example: surflect pack examples/vase -o vase.srf && surflect render vase.srf -o frames/");
 
   CommandWork work;
   addImportCommand(app, work);
@@ -67,7 +91,6 @@ int main(int argc, char** argv) {
   addRenderCommand(app, work);
   addEvaluateCommand(app, work);
   addChartCommand(app, work);
-  addLightFieldCommand(app, work);
   addVerifyCommand(app, work);
   addInspectCommand(app, work);
   bool json = false;
@@ -81,7 +104,12 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);
+    say("surflect: " + std::string(error.what()) + suggestion(app, argc, argv));
+    say(fmt::format("surflect {}--help explains", app.get_subcommands().empty()
+                                                      ? std::string()
+                                                      : app.get_subcommands().front()->get_name() + " "));
+    return kUsage;
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   watchSignals();

@@ -14,6 +14,9 @@ CLI::Validator finiteIn(double least, double most);
 // Whole numbers in a range. Signed, so that negative input is not wrapped around.
 inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }
 
+// Adds --simd.
+void addSimd(CLI::App& command);
+
 // Frame number of a script, possibly between two frames.
 inline CLI::Validator frameNumber() { return finiteIn(-1e9, 1e9); }
 

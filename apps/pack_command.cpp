@@ -1,12 +1,19 @@
 #include "apps/capture_argument.h"
 #include "apps/findings.h"
+#include "apps/fixed_light.h"
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
+#include "render/lightfield/common/light_field_folder.h"
+#include "render/surfels/surfel_method.h"
 #include "srf/model/pack.h"
 #include "surfel/base/error.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/memory_use.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
 
@@ -15,9 +22,10 @@ namespace surflect {
 namespace {
 
 struct PackArguments {
-  CaptureArgument capture;
-  std::string output;
-  model::PackOptions options;
+  CaptureArgument capture; // or a stage file
+  std::string output, mesh, method = "surfels", stageScale;
+  FixedLight light;
+  MethodOptions options;
   bool force = false;
 };
 
@@ -25,8 +33,9 @@ struct PackArguments {
 class CheckedSource : public model::CaptureSource {
 public:
   // Adds findings to `findings`.
-  CheckedSource(const PackArguments& arguments, std::vector<validation::Finding>& findings)
-      : model::CaptureSource(arguments.capture.read()), arguments_(arguments), findings_(findings) {}
+  CheckedSource(const PackArguments& arguments, capture::Capture capture,
+                std::vector<validation::Finding>& findings)
+      : model::CaptureSource(std::move(capture)), arguments_(arguments), findings_(findings) {}
 
   proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
     tell(validation::checkPoses(training()));
@@ -43,8 +52,7 @@ public:
 
 private:
   std::string inspectArguments() const {
-    const std::string mesh = arguments_.options.impostor.mesh.string();
-    return arguments_.capture.path + (mesh.empty() ? "" : " --mesh " + mesh);
+    return arguments_.capture.path + (arguments_.mesh.empty() ? "" : " --mesh " + arguments_.mesh);
   }
 
   void tell(const std::vector<validation::Finding>& found) const {
@@ -62,14 +70,63 @@ private:
   std::vector<validation::Finding>& findings_;
 };
 
-Json runPack(const PackArguments& arguments, const Progress& progress) {
+Json packSurfels(const PackArguments& arguments, const method::Setting& setting, const Progress& progress) {
+  if (arguments.light.isGiven())
+    throw UsageError(Error("surfels keep their light free: --lights and --environment are for methods with "
+                           "fixed light"));
+  model::PackOptions options = surfels::packOptions(setting);
+  options.impostor.mesh = arguments.mesh;
+  if (!arguments.mesh.empty() && (options.impostor.hull || options.impostor.relief))
+    throw UsageError(Error("excludes --hull and --relief").at("--mesh"));
   std::vector<validation::Finding> findings;
-  CheckedSource source(arguments, findings);
-  const model::PackReport report =
-      model::pack(source, arguments.output, arguments.options, progress, announceEstimate);
+  CheckedSource source(arguments, arguments.capture.read(), findings);
+  const model::PackReport report = model::pack(source, arguments.output, options, progress, announceEstimate);
   announce(report, arguments.output);
   Json json = jsonOf(report);
   json["findings"] = jsonOf(findings);
+  return json;
+}
+
+// The source of a method with fixed light: the capture itself, or its views under the given light, which are
+// kept in the model's folder.
+std::filesystem::path viewsOf(const PackArguments& arguments, const method::Method& method, Json& json,
+                              const Progress& progress) {
+  if (std::filesystem::path(arguments.capture.path).extension() == ".toml") return arguments.capture.path;
+  const capture::Capture capture = capture::readCapture(arguments.capture.path, arguments.capture.outside);
+  if (!arguments.light.isGiven()) {
+    if (capture.lights.size() > 1)
+      throw UsageError(Error(fmt::format("has {} lights, and the light of {} is fixed: give --lights FILE or "
+                                         "--environment MAP",
+                                         capture.lights.size(), method.tag))
+                           .in(capture.file));
+    return arguments.capture.path;
+  }
+  lightfield::beginLightFieldFolder(arguments.output);
+  const std::filesystem::path views = std::filesystem::path(arguments.output) / method::kViewsFolder;
+  json["views"] = relitViews(capture, arguments.light, views, progress);
+  return views;
+}
+
+Json runPack(const PackArguments& arguments, const Progress& progress) {
+  const method::Method& method = method::methodOf(arguments.method);
+  const method::Setting setting = arguments.options.settingFor(method);
+  Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
+  if (!method.build) {
+    json.update(packSurfels(arguments, setting, progress));
+    return json;
+  }
+  requireCreatable(arguments.output);
+  method::BuildInput input{.source = viewsOf(arguments, method, json, progress),
+                           .mesh = arguments.mesh,
+                           .paths = arguments.capture.outside,
+                           .stageScale = arguments.stageScale,
+                           .output = arguments.output,
+                           .say = say};
+  const method::BuildReport report = method.build(input, setting, progress);
+  json.update(countsJson(report.counts));
+  for (const auto& [name, values] : report.lists) json[name] = values;
+  json["seconds"] = report.seconds;
+  json["memory_peak_bytes"] = memoryUse().peakBytes;
   return json;
 }
 
@@ -77,23 +134,41 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
 
 void addPackCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<PackArguments>();
-  CLI::App* command = app.add_subcommand("pack", "make a model from a capture; run again to resume");
-  command->footer("Example: surflect pack examples/vase -o vase.srf --tolerance 0.05");
-  addCaptureArgument(*command, arguments->capture);
+  CLI::App* command =
+      app.add_subcommand("pack", "make a model of any method from a capture; run again to resume");
+  command->footer(
+      "Example: surflect pack examples/vase -o vase.srf --tolerance 0.05\n"
+      "         surflect pack examples/vase --method lfm --environment examples/environments/studio.exr "
+      "--up 0 0 1 \\\n           --common-lights -o vase.lfm --terms 3 --vq 8 --s3tc");
+  command
+      ->add_option("capture", arguments->capture.path,
+                   "folder with transforms.json, or a JSON file; for --method spherical also a stage file")
+      ->required();
+  addAllowOutside(*command, arguments->capture.outside);
   command->add_option("-o,--output", arguments->output, "the model's folder")->required()->check(notEmpty());
-  CLI::Option* mesh = command->add_option("--mesh", arguments->options.impostor.mesh,
-                                          "impostor geometry (PLY or OBJ) instead of the capture's");
+  std::vector<std::string> tags;
+  for (const method::Method& method : method::methods()) tags.push_back(method.tag);
   command
-      ->add_flag("--hull", arguments->options.impostor.hull,
-                 "an opacity hull, of all pixels with alpha above 0, instead of the capture's mesh")
-      ->excludes(mesh);
-  command
-      ->add_flag("--relief", arguments->options.impostor.relief,
-                 "geometry from shading, for a capture of one view under three lights or more")
-      ->excludes(mesh);
-  addStoreOptions(*command, arguments->options);
+      ->add_option("--method", arguments->method,
+                   fmt::format("representation of the object: {}", fmt::join(tags, ", ")))
+      ->option_text("METHOD")
+      ->capture_default_str()
+      ->check([](const std::string& tag) -> std::string {
+        try {
+          method::methodOf(tag);
+          return "";
+        } catch (const Error& error) {
+          return error.what();
+        }
+      });
+  command->add_option("--mesh", arguments->mesh, "geometry (PLY or OBJ) instead of the capture's")
+      ->check(notEmpty());
+  command->add_option("--scale", arguments->stageScale, "a [scale.NAME] of a stage file, such as tiny");
   command->add_flag("--force", arguments->force,
                     "pack in spite of errors that the checks of the capture find");
+  addFixedLight(*command, arguments->light, false);
+  arguments->options.add(*command, MethodOptions::Kind::build,
+                         [arguments] { return &method::methodOf(arguments->method); });
   setWork(*command, work, "the same command again goes on from here",
           [arguments](const Progress& progress) { return runPack(*arguments, progress); });
 }

@@ -1,12 +1,13 @@
 #include "apps/command.h"
 #include "apps/film_quality.h"
-#include "apps/model_options.h"
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
 #include "render/evaluation/trust.h"
 #include "render/film/film_writer.h"
 #include "render/film/shot_renderer.h"
+#include "render/scene/turntable.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "surfel/base/error.h"
@@ -21,6 +22,7 @@
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
 #include <charconv>
@@ -35,8 +37,8 @@ namespace surflect {
 namespace {
 
 struct RenderArguments {
-  std::string script, output, frames;
-  render::RendererOptions renderer;
+  std::string script, model, output, frames; // script: or a model
+  MethodOptions options;
   QualityOptions quality;
   double scale = 1;
   int every = 1;
@@ -67,21 +69,13 @@ FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
   return range;
 }
 
-// Counts that belong to a group become an object of their own; whole numbers are written without a point.
-Json frameJson(const render::FrameReport& frame) {
+Json frameJson(const method::FrameReport& frame) {
   Json json = {{"seconds", frame.seconds}};
-  for (const auto& [name, value] : frame.counts) {
-    const size_t dot = name.find('.');
-    Json& entry = dot == std::string::npos ? json[name] : json[name.substr(0, dot)][name.substr(dot + 1)];
-    if (value == std::floor(value))
-      entry = static_cast<uint64_t>(value);
-    else
-      entry = value;
-  }
+  json.update(countsJson(frame.counts));
   return json;
 }
 
-Json environmentJson(const scene::Environment& environment, const render::EnvironmentReport& prepared) {
+Json environmentJson(const scene::Environment& environment, const method::EnvironmentReport& prepared) {
   return {{"image", environment.image.string()},
           {"texels", environment.map->texels.size()},
           {"replaced_texels", environment.map->replaced},
@@ -108,7 +102,7 @@ std::vector<std::string> remarksOn(const scene::Environment& environment) {
 }
 
 // Identity of everything that determines a film's pixels.
-std::string filmIdentity(const scene::Script& script, const render::Description& model,
+std::string filmIdentity(const scene::Script& script, const method::Description& model,
                          const film::ShotRenderer& shot, double scale) {
   std::string identity =
       fmt::format("surflect {} script {} {} scale {}", kVersion, hex(script.hash), model.identity, scale);
@@ -215,9 +209,9 @@ std::string summary(size_t rendered, size_t kept, double seconds, const std::fil
 // How much of a film is to be trusted, and its worst frame.
 class FilmTrust {
 public:
-  // Does nothing without the AOV confidence.
-  void add(int frame, const render::FrameLayers& layers) {
-    const auto error = layers.aovs.find("confidence");
+  // Does nothing without the AOV predicted_error.
+  void add(int frame, const method::FrameLayers& layers) {
+    const auto error = layers.aovs.find("predicted_error");
     if (error == layers.aovs.end()) return;
     const evaluation::Trust trust =
         evaluation::trustIn(layers.color, error->second, film::whiteOf(layers.color));
@@ -248,19 +242,70 @@ bool isAlone() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
 }
 
-Json runRender(const RenderArguments& arguments, const Progress& progress) {
-  const scene::ScriptHead head = scene::readScriptHead(arguments.script);
+// A film's renderer and its script, which is checked before the model is opened where it can be.
+struct OpenFilm {
+  std::unique_ptr<method::Renderer> renderer;
+  scene::Script script;
+  FrameRange range;
+  std::set<std::filesystem::path> folders; // of the frames
+};
+
+// The script of a model that is rendered without one.
+scene::Script turntableOf(const std::filesystem::path& model, const method::Renderer& renderer) {
+  const method::Description& described = renderer.describe();
+  const std::string text = scene::turntableScript(
+      {std::filesystem::absolute(model).string(), described.rig, described.points, described.isBaked});
+  return scene::parseScript(text, model / "turntable.toml");
+}
+
+OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
+  OpenFilm film;
+  const auto open = [&](const scene::ScriptHead& head) {
+    const std::filesystem::path& model = head.objects.empty() ? head.model : head.objects.front().model;
+    const method::Setting setting = arguments.options.settingFor(method::methodOfModel(model));
+    return head.objects.empty() ? method::openRenderer(model, setting, progress)
+                                : method::openScene(head.objects, setting, progress);
+  };
+  if (std::filesystem::is_directory(arguments.script)) {
+    if (!arguments.model.empty()) throw UsageError(Error("is for a script").at("--model"));
+    film.renderer = open({.model = arguments.script});
+    film.script = turntableOf(arguments.script, *film.renderer);
+    film.range = parseRange(arguments.frames, *film.script.frames);
+    film.folders = writableFolders(*film.script.output, arguments, film.range);
+    return film;
+  }
+  const scene::ScriptHead head = scene::readScriptHead(arguments.script, arguments.model);
   // Original coordinates need the model's origin. Any other script is checked before the model is opened.
-  std::optional<scene::Script> early;
-  if (head.coordinates == scene::Coordinates::model) early = scene::readScript(arguments.script);
-  const FrameRange range = parseRange(arguments.frames, head.frames);
-  const auto folders = writableFolders(head.output, arguments, range);
-  const auto renderer = render::openRenderer(head.model, arguments.renderer, progress);
-  FilmQuality quality(arguments.quality, *renderer);
-  const render::Description& model = renderer->describe();
-  const scene::Script script =
-      early ? std::move(*early) : scene::readScript(arguments.script, model.rig.origin);
+  const bool isEarly = head.coordinates == scene::Coordinates::model;
+  if (isEarly) film.script = scene::readScript(arguments.script);
+  film.range = parseRange(arguments.frames, head.frames);
+  film.folders = writableFolders(head.output, arguments, film.range);
+  film.renderer = open(head);
+  if (!isEarly) film.script = scene::readScript(arguments.script, film.renderer->describe().rig.origin);
+  film.script.model = head.model;
+  film.script.objects = head.objects;
+  return film;
+}
+
+// Throws Error for an AOV that the model's frames cannot have.
+void requireAovs(const scene::Script& script, const method::Description& model) {
+  for (const std::string& aov : script.output->aov)
+    if (std::ranges::find(model.aovs, aov) == model.aovs.end())
+      throw Error::mismatch(model.aovs.empty() ? fmt::format("none: frames of {} have none", model.method)
+                                               : fmt::format("one of {}", fmt::join(model.aovs, ", ")),
+                            '"' + aov + '"')
+          .at("output.aov")
+          .in(script.path);
+}
+
+Json runRender(const RenderArguments& arguments, const Progress& progress) {
+  OpenFilm openFilm = opened(arguments, progress);
+  const auto& [renderer, script, range, folders] = openFilm;
+  const method::Description& model = renderer->describe();
+  FilmQuality quality(arguments.quality, arguments.options.settingFor(method::methodOf(model.method)),
+                      *renderer);
   scene::requireShot(script);
+  requireAovs(script, model);
   film::ShotRenderer shot(script, *renderer, progress);
   for (const scene::Environment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);
@@ -294,16 +339,16 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         continue;
       }
       film::FrameFiles files{path, {}, {}, 1};
-      const control::Choice choice = quality.turn(shot, *script.frames, frame, arguments.scale);
+      const control::Choice choice = quality.choose(shot, *script.frames, frame, arguments.scale);
       files.attributes = {{"surflect.version", kVersion},
                           {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
                           {"surflect.script", hex(script.hash)},
                           {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
                           {"surflect.frame", std::to_string(frame)}};
-      if (!choice.setting.empty()) files.attributes["surflect.setting"] = knobs::textOf(choice.setting);
+      if (!choice.setting.empty()) files.attributes["surflect.setting"] = method::textOf(choice.setting);
       const Stopwatch watch;
       shot.reuse(writer.spare());
-      render::FrameLayers picture = shot.render(frame, arguments.scale);
+      method::FrameLayers picture = shot.render(frame, arguments.scale);
       if (picture.report.remark && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
@@ -315,7 +360,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
       entry["total_seconds"] = watch.seconds();
       if (script.output->png) {
         files.preview = previewPath(path);
-        quality.turnToBase();
+        quality.setBase();
         files.exposure = shot.previewExposure();
       }
       quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
@@ -345,13 +390,17 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
 
 void addRenderCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "render the frames of a script");
-  command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5");
-  command->add_option("script", arguments->script, "TOML: model, camera, lights and warps over time")
+  CLI::App* command = app.add_subcommand("render", "render a film: the frames of a script, or a turn-table");
+  command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5\n"
+                  "         surflect render vase.srf -o frames/ --preset preview");
+  command
+      ->add_option("script", arguments->script,
+                   "TOML: model, camera, lights and warps over time; or a model, which a camera goes round")
       ->required();
   command->add_option("-o,--output", arguments->output, "folder for the frames")
       ->required()
       ->check(notEmpty());
+  command->add_option("--model", arguments->model, "another model than the script's")->check(notEmpty());
   command->add_option("--frames", arguments->frames, "a frame A, or frames A-B; default: all");
   command->add_option("--every", arguments->every, "render every N-th of these frames")
       ->capture_default_str()
@@ -361,8 +410,11 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
       ->check(finiteIn(0.01, 8));
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
-  addModelOptions(*command, arguments->renderer);
   addQualityOptions(*command, arguments->quality);
+  addSimd(*command);
+  arguments->options.add(*command, MethodOptions::Kind::render, [arguments] {
+    return methodAt(arguments->model.empty() ? arguments->script : arguments->model);
+  });
   setWork(*command, work, "with --resume, the same command goes on from here",
           [arguments](const Progress& progress) { return runRender(*arguments, progress); });
 }

@@ -1,9 +1,9 @@
 #include "apps/capture_argument.h"
-#include "apps/model_options.h"
+#include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/film/shot_renderer.h"
-#include "render/surfels/surfel_renderer.h"
+#include "render/surfels/surfel_method.h"
 #include "render/verify/block_checks.h"
 #include "render/verify/model_checks.h"
 #include "render/verify/page.h"
@@ -29,7 +29,7 @@ struct VerifyArguments {
   std::optional<int> frame;
   size_t frames = 5, photographs = 24;
   verify::Bounds bounds;
-  render::RendererOptions options;
+  MethodOptions options;
 };
 
 Json placeJson(const verify::FlaggedPlace& place) {
@@ -114,8 +114,9 @@ std::vector<verify::FrameReport> verifyFrames(const VerifyArguments& arguments,
   scene::requireShot(script);
   const std::vector<int> frames = chosenFrames(arguments, *script.frames);
   const film::ShotRenderer shot(script, renderer, progress);
-  const surfels::FrameOptions options = surfels::frameOptions(arguments.options);
-  surfels::FrameWorkspace workspace(*model, arguments.options.cacheBytes);
+  const surfels::FrameOptions options =
+      surfels::frameOptions(arguments.options.settingFor(surfels::surfelMethod()));
+  surfels::FrameWorkspace workspace(*model, size_t{1} << 30);
   std::vector<verify::FrameReport> reports;
   for (size_t i = 0; i < frames.size(); ++i) {
     progress("frames", static_cast<double>(i) / static_cast<double>(frames.size()));
@@ -149,19 +150,19 @@ Json reportJson(const verify::Report& report) {
 Json runVerify(const VerifyArguments& arguments, const std::string& command, const Progress& progress) {
   if (const std::string format = model::formatOf(arguments.model);
       !format.empty() && format != model::kSurfelFormat)
-    throw Error::mismatch(
-        fmt::format("\"{}\": `lightfield compare` measures light fields", model::kSurfelFormat),
-        "\"" + format + "\"")
+    throw Error::mismatch(fmt::format("\"{}\": `evaluate` measures light fields", model::kSurfelFormat),
+                          "\"" + format + "\"")
         .at("format")
         .in(std::filesystem::path(arguments.model) / model::kManifestFile);
+  const method::Setting setting = arguments.options.settingFor(surfels::surfelMethod());
   if (!arguments.output.empty()) requireCreatable(arguments.output);
   const auto model = std::make_shared<const model::Model>(model::openModel(arguments.model, progress));
   std::optional<capture::Capture> capture;
   if (!arguments.capture.path.empty()) capture = arguments.capture.read();
   if (!arguments.output.empty()) createFolder(arguments.output);
   const capture::Capture* photographs = capture ? &*capture : nullptr;
-  const shading::ShadeOptions shade = surfels::frameOptions(arguments.options).shade;
-  surfels::SurfelRenderer renderer(model, arguments.options);
+  const shading::ShadeOptions shade = surfels::frameOptions(setting).shade;
+  surfels::SurfelRenderer renderer(model, setting);
 
   verify::Report report;
   report.title = folderName(arguments.model);
@@ -244,7 +245,8 @@ void addVerifyCommand(CLI::App& app, CommandWork& work) {
           "another bound of a check, such as unseen=5")
       ->allow_extra_args(false)
       ->option_text("NAME=NUMBER ...");
-  addModelOptions(*command, arguments->options);
+  addSimd(*command);
+  arguments->options.add(*command, MethodOptions::Kind::render, [] { return &surfels::surfelMethod(); });
   setWork(*command, work, "nothing was kept", [arguments](const Progress& progress) {
     std::string text = "surflect verify " + arguments->model;
     if (!arguments->script.empty()) text += " " + arguments->script;

@@ -39,10 +39,10 @@ Json ablation(const Words& words) {
     const scene::Script script = scene::readScript(words[2], model.rig.origin);
     warp = scene::warpAt(script, scene::shotTime(script, std::atof(words[3].c_str())));
   }
-  const auto opened = [&](const render::RendererOptions& how) { return render::openRenderer(words[0], how); };
+  const auto opened = [&](const render::RendererOptions& how) { return method::openRenderer(words[0], how); };
   render::RendererOptions nearest;
   nearest.nearest = true;
-  std::map<std::string, std::unique_ptr<render::Renderer>> variants;
+  std::map<std::string, std::unique_ptr<method::Renderer>> variants;
   variants["nearest"] = opened(nearest);
   if (isBent) {
     variants["bisector"] = withDirections(model, byBisector);

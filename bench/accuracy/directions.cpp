@@ -29,17 +29,17 @@ Mat3<double> jacobianAt(const warp::Warp& warp, const Vec3<double>& x, double st
   return exact ? *exact : warp::centralDifferences(warp, x, Mat3<double>::Identity(), step);
 }
 
-class DirectionsRenderer : public render::Renderer {
+class DirectionsRenderer : public method::Renderer {
 public:
   DirectionsRenderer(const model::Model& model, DirectionsBack back)
       : model_(model),
         back_(back), description_{model.folder, "", {}, model.rig, model.middle, model.cloud.p0},
         cache_(model.files, size_t{1} << 30) {}
 
-  const render::Description& describe() const override { return description_; }
+  const method::Description& describe() const override { return description_; }
 
-  render::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>&, const Progress&,
-                             render::FrameLayers) override {
+  method::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>&, const Progress&,
+                             method::FrameLayers) override {
     const SurfelCloud& rest = model_.cloud;
     const double step = warp::differenceStep(rest);
     const DeformedCloud cloud = warp::deform(rest, scene.warp);
@@ -65,12 +65,12 @@ public:
     return {surfels::developRadiance(raster, shading::shade(model_, batch, {}, cache_, stats)), {}};
   }
 
-  render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
+  method::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
 
 private:
   const model::Model& model_;
   DirectionsBack back_;
-  render::Description description_;
+  method::Description description_;
   codec::BlockCache cache_;
   std::optional<Occluders> occluders_; // found by the first frame that needs them
 };
@@ -98,7 +98,7 @@ std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame) {
   return frame.rest * frame.warped.inverse();
 }
 
-std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back) {
+std::unique_ptr<method::Renderer> withDirections(const model::Model& model, DirectionsBack back) {
   return std::make_unique<DirectionsRenderer>(model, back);
 }
 

@@ -6,7 +6,7 @@
 //          u-bar, v-bar, n-bar an orthonormal frame made of u and v.
 #pragma once
 
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 #include "srf/model/model.h"
 #include "surfel/look_up.h"
 
@@ -30,6 +30,6 @@ std::optional<Mat3<double>> byInverseJacobian(const WarpedFrame& frame); // J^-1
 
 // Renderer that differs from the surfel renderer in its map of directions; where `back` returns none, the
 // program's own map is used. Scenes must have no environments. The model must outlive the result.
-std::unique_ptr<render::Renderer> withDirections(const model::Model& model, DirectionsBack back);
+std::unique_ptr<method::Renderer> withDirections(const model::Model& model, DirectionsBack back);
 
 } // namespace surflect::bench

@@ -18,7 +18,7 @@ Json errorTerms(const Words& words) {
   evaluation::TrueFrames truths(capture::readCapture(words[1]), model.rig, *rest, capture::Split::test, {});
   surfels::FrameWorkspace workspace(model, kCacheBytes);
   surfels::FrameOptions options;
-  options.aovs = {"confidence"};
+  options.aovs = {"predicted_error"};
   Json rows = Json::array();
   for (const std::vector<size_t>& frames : evaluation::framesByView(truths.capture())) {
     const std::vector<image::Image> pictures = truths.read(frames, {});
@@ -27,16 +27,16 @@ Json errorTerms(const Words& words) {
         options.errorModel = errorModel;
         return surfels::renderFrame(model, truths.sceneOf(frames[i]), options, workspace);
       };
-      const render::FrameLayers first = rendered({1, 0, 0}), second = rendered({0, 0, 1});
+      const method::FrameLayers first = rendered({1, 0, 0}), second = rendered({0, 0, 1});
       const image::Image& color = first.color;
       const auto tilesOf = [&](const image::Image& predicted) {
         return evaluation::tileErrors(pictures[i], color, predicted, truths.exposure());
       };
       const image::Image structure =
           surfels::predictedError(color, color, image::Image(color.width, color.height, 1), {0, 1, 0});
-      const evaluation::TileErrors ofDisagreement = tilesOf(first.aovs.at("confidence")),
+      const evaluation::TileErrors ofDisagreement = tilesOf(first.aovs.at("predicted_error")),
                                    ofStructure = tilesOf(structure),
-                                   ofGap = tilesOf(second.aovs.at("confidence"));
+                                   ofGap = tilesOf(second.aovs.at("predicted_error"));
       for (size_t tile = 0; tile < ofGap.measured.size(); ++tile)
         rows.push_back({ofGap.measured[tile], ofDisagreement.predicted[tile], ofStructure.predicted[tile],
                         ofGap.predicted[tile]});

@@ -42,7 +42,7 @@ struct Arguments {
 
 // A setting, rendered in one frame.
 struct Trial {
-  knobs::Setting setting;
+  method::Setting setting;
   double error = 0, seconds = 0, work = 0; // processor seconds
 };
 
@@ -52,7 +52,7 @@ struct KnobRow {
 };
 using KnobTable = std::map<std::pair<size_t, std::string>, std::map<std::string, KnobRow>>; // by film
 
-double workOf(const render::FrameReport& report) {
+double workOf(const method::FrameReport& report) {
   double work = 0;
   for (const auto& [name, count] : report.counts)
     if (name.starts_with("work.")) work += count;
@@ -74,16 +74,16 @@ double correlationOf(const std::vector<Trial>& trials) {
   return products / std::sqrt(workSquares * secondsSquares);
 }
 
-size_t combinationsOf(const std::vector<knobs::Knob>& knobs) {
+size_t combinationsOf(const std::vector<method::Option>& knobs) {
   size_t product = 1;
-  for (const knobs::Knob& knob : knobs) product *= knob.values.size();
+  for (const method::Option& knob : knobs) product *= knob.sweep.size();
   return product;
 }
 
 // Moves on to the next combination of the knobs' steps, in lexicographic order. Returns false after the last.
-bool moveOn(const std::vector<knobs::Knob>& knobs, control::Steps& steps) {
+bool moveOn(const std::vector<method::Option>& knobs, control::Steps& steps) {
   for (size_t k = knobs.size(); k-- > 0; steps[k] = 0)
-    if (++steps[k] < knobs[k].values.size()) return true;
+    if (++steps[k] < knobs[k].sweep.size()) return true;
   return false;
 }
 
@@ -93,13 +93,13 @@ struct Tally {
   size_t within = 0, nearly = 0;
   double largest = 0;                  // error
   double time = 0, best = 0, full = 0; // processor seconds, over swept frames
-  std::set<knobs::Setting> settings;
+  std::set<method::Setting> settings;
 };
 
 class Film {
 public:
   Film(const std::string& path, const Arguments& arguments, KnobTable& table)
-      : arguments_(arguments), renderer_(render::openRenderer(scene::readScriptHead(path).model)),
+      : arguments_(arguments), renderer_(method::openRenderer(scene::readScriptHead(path).model)),
         script_(readScript(path, arguments.frames)), shot_(script_, *renderer_, progress_), table_(table) {}
 
   void check() {
@@ -133,25 +133,25 @@ private:
 
   std::string name() const { return script_.path.stem().string(); }
 
-  render::FrameLayers render(int frame, const knobs::Setting& setting) {
+  method::FrameLayers render(int frame, const method::Setting& setting) {
     renderer_->turn(setting);
     return shot_.render(frame, arguments_.scale, {});
   }
 
   // Processor seconds, as the machine may have other work.
-  Trial trial(int frame, const knobs::Setting& setting, const image::Image& full) {
+  Trial trial(int frame, const method::Setting& setting, const image::Image& full) {
     const double start = processorSeconds();
-    const render::FrameLayers layers = render(frame, setting);
+    const method::FrameLayers layers = render(frame, setting);
     const double seconds = processorSeconds() - start;
     return {setting, control::relativeRms(layers.color, full), seconds, workOf(layers.report)};
   }
 
   // Fills the film's column of the table of knobs.
   void turnOneByOne(int frame, const image::Image& full) {
-    const std::vector<knobs::Knob> knobs = renderer_->knobs();
+    const std::vector<method::Option> knobs = renderer_->knobs();
     for (size_t k = 0; k < knobs.size(); ++k)
-      for (size_t i = 1; i < knobs[k].values.size(); ++i) {
-        const knobs::Setting setting{{knobs[k].name, knobs[k].values[i]}};
+      for (size_t i = 1; i < knobs[k].sweep.size(); ++i) {
+        const method::Setting setting{{knobs[k].name, knobs[k].sweep[i]}};
         render(frame, setting); // builds what the setting needs once
         double seconds = kInfinite, fullSeconds = kInfinite, fullWork = 0;
         Trial found;
@@ -162,22 +162,22 @@ private:
           seconds = std::min(seconds, found.seconds);
           fullWork = atFull.work;
         }
-        table_[{k, knobs::textOf(setting)}][name()] = {found.error, seconds / fullSeconds,
+        table_[{k, method::textOf(setting)}][name()] = {found.error, seconds / fullSeconds,
                                                        found.work / fullWork};
       }
   }
 
   // Values worth sweeping: alone within the largest tolerance, and each saving so much of the work of the
   // value before that at most arguments.settings combinations remain.
-  std::vector<knobs::Knob> worthSweeping() const {
+  std::vector<method::Option> worthSweeping() const {
     const double most = std::ranges::max(arguments_.tolerances);
     for (double saving = 0.01;; saving *= kSavingStep) {
-      std::vector<knobs::Knob> kept = renderer_->knobs();
+      std::vector<method::Option> kept = renderer_->knobs();
       for (size_t k = 0; k < kept.size(); ++k) {
         double work = 1; // of the last value that is kept
         std::erase_if(kept[k].values, [&, full = kept[k].values.front()](double value) {
           if (value == full) return false;
-          const KnobRow& row = table_.at({k, knobs::textOf({{kept[k].name, value}})}).at(name());
+          const KnobRow& row = table_.at({k, method::textOf({{kept[k].name, value}})}).at(name());
           const bool isWorth = row.error <= most && row.work <= (1 - saving) * work;
           if (isWorth) work = row.work;
           return !isWorth;
@@ -200,22 +200,22 @@ private:
     do {
       if (std::ranges::any_of(failed, [&](const auto& f) { return control::isAtLeastAsFast(steps, f); }))
         continue;
-      knobs::Setting setting;
+      method::Setting setting;
       for (size_t k = 0; k < steps.size(); ++k)
         if (steps[k] > 0) setting[values_[k].name] = values_[k].values[steps[k]];
       trials.push_back(trial(frame, setting, full));
       if (trials.back().error > std::ranges::max(arguments_.tolerances)) failed.push_back(steps);
     } while (moveOn(values_, steps));
     std::string swept;
-    for (const knobs::Knob& knob : values_)
-      if (knob.values.size() > 1) swept += fmt::format("; {} {:g}", knob.name, fmt::join(knob.values, " "));
+    for (const method::Option& knob : values_)
+      if (knob.sweep.size() > 1) swept += fmt::format("; {} {:g}", knob.name, fmt::join(knob.sweep, " "));
     fmt::print(stderr, "{}: frame {}: {} settings, correlation of work and processor time {:.3f}{}\n", name(),
                frame, trials.size(), correlationOf(trials), swept);
     return trials;
   }
 
   // Adds a frame to a tally, and, if it was swept, the times of the chosen and of the fastest setting.
-  void add(int frame, const image::Image& full, const knobs::Setting& chosen, std::vector<Trial> trials,
+  void add(int frame, const image::Image& full, const method::Setting& chosen, std::vector<Trial> trials,
            Tally& tally) {
     const double error = trial(frame, chosen, full).error;
     tally.within += error <= tally.tolerance;
@@ -226,7 +226,7 @@ private:
     std::erase_if(trials, [&](const Trial& t) { return t.error > tally.tolerance; });
     std::ranges::sort(trials, {}, &Trial::seconds);
     trials.resize(std::min(trials.size(), kCandidates));
-    std::vector<knobs::Setting> raced{{}, chosen};
+    std::vector<method::Setting> raced{{}, chosen};
     for (const Trial& candidate : trials) raced.push_back(candidate.setting);
     std::vector<double> seconds(raced.size(), kInfinite);
     for (int repeat = 0; repeat < kRepeats; ++repeat)
@@ -246,11 +246,11 @@ private:
 
   const Arguments& arguments_;
   const Progress progress_;
-  const std::unique_ptr<render::Renderer> renderer_;
+  const std::unique_ptr<method::Renderer> renderer_;
   const scene::Script script_;
   film::ShotRenderer shot_;
   KnobTable& table_;
-  std::vector<knobs::Knob> values_; // that are swept
+  std::vector<method::Option> values_; // that are swept
 };
 
 void print(const KnobTable& table, const std::vector<std::string>& films) {

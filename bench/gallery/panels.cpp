@@ -39,7 +39,7 @@ image::Image filmLayer(const std::filesystem::path& file, const std::string& lay
   image::Image color = exr.read({"R", "G", "B", "A"});
   const bool isColor = layer == "color";
   const image::Image values = isColor ? image::Image()
-                              : layer == "stretch" || layer == "confidence"
+                              : layer == "stretch" || layer == "predicted_error"
                                   ? exr.read({layer + ".V"})
                                   : exr.read({layer + ".R", layer + ".G", layer + ".B"});
   for (size_t i = 0; i < color.values.size() / 4; ++i) {
@@ -52,7 +52,7 @@ image::Image filmLayer(const std::filesystem::path& file, const std::string& lay
     Rgb c;
     if (isColor) {
       c = {encode(pixel[0]), encode(pixel[1]), encode(pixel[2])};
-    } else if (layer == "confidence") {
+    } else if (layer == "predicted_error") {
       c.r = c.g = c.b = encode(values.values[i]);
     } else if (layer == "stretch") {
       c = stretchColor(values.values[i] / alpha);
@@ -133,7 +133,7 @@ void composePanels(std::istream& input) {
 
   std::vector<Panel> panels;
   for (const Json& cell : layout.at("cells")) {
-    const bool isRadiance = isColor(cell) || cell.value("layer", "") == "confidence";
+    const bool isRadiance = isColor(cell) || cell.value("layer", "") == "predicted_error";
     const double white = isRadiance ? whites[nameOfWhite(cell)] : 1;
     image::Image picture =
         cellPicture(cell.at("file").get<std::string>(), cell.value("layer", "color"), white);

@@ -2,7 +2,7 @@
 // renderer's knobs.
 #pragma once
 
-#include "render/knobs/knob.h"
+#include "render/method/option.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -22,7 +22,7 @@ struct Agreement {
 // One model with one setting.
 struct Point {
   std::filesystem::path model;
-  knobs::Setting setting;
+  method::Setting setting;
   std::string name;    // "preview"; empty for a setting without a name
   std::string command; // renders and scores this point alone
 
@@ -52,7 +52,7 @@ struct Chart {
   std::string command;                     // makes the chart again
   size_t restFrames = 0, bentFrames = 0;   // frames that were rendered
   size_t restHeldOut = 0, bentHeldOut = 0; // held-out frames of the captures
-  std::vector<knobs::Knob> knobs;          // with the values that were swept; the first is full
+  std::vector<method::Option> knobs;       // with the values that were swept; the first is full
   std::map<std::filesystem::path, std::vector<std::string>> idleKnobs; // without effect alone, by model
   std::vector<Point> points;
   std::vector<Panel> panels;

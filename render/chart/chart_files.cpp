@@ -38,9 +38,25 @@ std::vector<std::string> fieldsOf(const std::optional<Agreement>& agreement) {
           numberOf(agreement->flip)};
 }
 
-double valueOf(const knobs::Knob& knob, const knobs::Setting& setting) {
+method::Value valueOf(const method::Option& knob, const method::Setting& setting) {
   const auto found = setting.find(knob.name);
-  return found == setting.end() ? knob.values.front() : found->second;
+  return found == setting.end() ? knob.sweep.front() : found->second;
+}
+
+OrderedJson jsonOf(const method::Value& value) {
+  return value.isNumber() ? OrderedJson(value.number()) : OrderedJson(value.text());
+}
+
+OrderedJson jsonOf(const method::Setting& setting) {
+  OrderedJson json = OrderedJson::object();
+  for (const auto& [name, value] : setting) json[name] = jsonOf(value);
+  return json;
+}
+
+OrderedJson knobJson(const method::Option& knob) {
+  OrderedJson json = {{"name", knob.name}, {"help", knob.help}, {"values", OrderedJson::array()}};
+  for (const method::Value& value : knob.sweep) json["values"].push_back(jsonOf(value));
+  return json;
 }
 
 } // namespace
@@ -50,7 +66,7 @@ std::string csvOf(const Chart& chart) {
   for (const Point& point : chart.points)
     for (const auto& [stage, milliseconds] : point.stages) stages.insert(stage);
   std::vector<std::string> names = {"model", "setting", "name"};
-  for (const knobs::Knob& knob : chart.knobs) names.push_back("knob_" + knob.name);
+  for (const method::Option& knob : chart.knobs) names.push_back("knob_" + knob.name);
   for (const char* frames : {"rest", "bent"})
     for (const char* measure : {"psnr_linear_db", "psnr_srgb_db", "ssim_srgb", "flip"})
       names.push_back(fmt::format("{}_{}", frames, measure));
@@ -66,8 +82,8 @@ std::string csvOf(const Chart& chart) {
   };
   addRow(names);
   for (const Point& point : chart.points) {
-    std::vector<std::string> row = {point.model.string(), knobs::textOf(point.setting), point.name};
-    for (const knobs::Knob& knob : chart.knobs) row.push_back(numberOf(valueOf(knob, point.setting)));
+    std::vector<std::string> row = {point.model.string(), method::textOf(point.setting), point.name};
+    for (const method::Option& knob : chart.knobs) row.push_back(valueOf(knob, point.setting).text());
     for (const auto& agreement : {std::optional(point.rest), point.bent})
       std::ranges::copy(fieldsOf(agreement), std::back_inserter(row));
     row.push_back(numberOf(point.rmsToFull));
@@ -98,12 +114,11 @@ std::string jsonOf(const Chart& chart) {
                       {"knobs", OrderedJson::array()},
                       {"idle_knobs", OrderedJson::object()},
                       {"points", OrderedJson::array()}};
-  for (const knobs::Knob& knob : chart.knobs)
-    json["knobs"].push_back({{"name", knob.name}, {"meaning", knob.meaning}, {"values", knob.values}});
+  for (const method::Option& knob : chart.knobs) json["knobs"].push_back(knobJson(knob));
   for (const auto& [model, idle] : chart.idleKnobs) json["idle_knobs"][model.string()] = idle;
   for (const Point& point : chart.points) {
     OrderedJson entry = {{"model", point.model.string()},
-                         {"setting", point.setting},
+                         {"setting", jsonOf(point.setting)},
                          {"name", point.name},
                          {"command", point.command},
                          {"rest", agreementJson(point.rest)}};

@@ -19,7 +19,7 @@ namespace surflect::chart {
 namespace {
 
 namespace fs = std::filesystem;
-using knobs::Knob, knobs::Setting;
+using method::Option, method::Setting, method::Value;
 
 // Times of a setting, frame by frame.
 struct Times {
@@ -45,7 +45,7 @@ Timing timingOf(const Times& times) {
 void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds, const Progress& progress) {
   const Progress quiet{{}, progress.cancelled};
   std::vector<Times> all;
-  std::map<const Subject*, std::unique_ptr<render::Renderer>> renderers;
+  std::map<const Subject*, std::unique_ptr<method::Renderer>> renderers;
   for (const auto& subject : subjects)
     for (const Setting& setting : subject->settings()) {
       if (subject->isTimed(setting)) continue;
@@ -54,14 +54,14 @@ void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds
       all.push_back({subject.get(), setting, std::vector<std::vector<double>>(frames), {}});
       all.back().stages.resize(frames);
     }
-  render::FrameLayers layers;
+  method::FrameLayers layers;
   for (size_t round = 0; round <= rounds; ++round)
     for (size_t k = 0; k < all.size(); ++k) {
       progress("time",
                static_cast<double>(round * all.size() + k) / static_cast<double>((rounds + 1) * all.size()));
       Times& times = all[round % 2 ? all.size() - 1 - k : k];
-      render::Renderer& renderer = *renderers.at(times.subject);
-      turn(renderer, times.setting);
+      method::Renderer& renderer = *renderers.at(times.subject);
+      times.subject->set(renderer, times.setting);
       const auto secondsOf = [&](size_t frame) {
         const scene::Scene scene = scaled(times.subject->timed(frame).scene, scaleOf(times.setting));
         const Stopwatch watch;
@@ -83,7 +83,7 @@ void measureTimes(std::vector<std::unique_ptr<Subject>>& subjects, size_t rounds
 void addPanels(Chart& chart, const std::vector<std::unique_ptr<Subject>>& subjects,
                const Progress& progress) {
   for (const auto& subject : subjects) {
-    std::unique_ptr<render::Renderer> renderer;
+    std::unique_ptr<method::Renderer> renderer;
     for (size_t i = 0; i < chart.points.size(); ++i) {
       const Point& point = chart.points[i];
       if (!point.isChosen || point.model != subject->model()) continue;
@@ -97,15 +97,15 @@ void addPanels(Chart& chart, const std::vector<std::unique_ptr<Subject>>& subjec
 }
 
 // Adds the values that are swept; models may have different knobs.
-void addKnobs(std::vector<Knob>& all, const std::vector<Knob>& knobs) {
-  for (const Knob& knob : knobs) {
-    const auto found = std::ranges::find(all, knob.name, &Knob::name);
+void addKnobs(std::vector<Option>& all, const std::vector<Option>& knobs) {
+  for (const Option& knob : knobs) {
+    const auto found = std::ranges::find(all, knob.name, &Option::name);
     if (found == all.end()) {
       all.push_back(knob);
       continue;
     }
-    for (const double value : knob.values)
-      if (std::ranges::find(found->values, value) == found->values.end()) found->values.push_back(value);
+    for (const Value& value : knob.sweep)
+      if (std::ranges::find(found->sweep, value) == found->sweep.end()) found->sweep.push_back(value);
   }
 }
 

@@ -1,9 +1,9 @@
 // Charts of speed against accuracy: renders held-out frames of a capture with many settings of the knobs, and
-// measures the pictures and their time. Speaks to renderers through render/renderer.h alone.
+// measures the pictures and their time. Speaks to renderers through render/method alone.
 #pragma once
 
 #include "render/chart/chart.h"
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 #include "srf/capture/capture.h"
 #include "surfel/base/progress.h"
 
@@ -27,10 +27,10 @@ struct BentTruth {
 };
 
 struct ChartOptions {
-  render::RendererOptions renderer;
-  // Knobs to sweep, in all combinations. Empty: every knob alone, the preview, and a greedy descent; or, with
-  // onlyGiven, the most accurate setting alone.
-  std::vector<knobs::KnobValues> sweep = {};
+  std::map<std::string, method::Setting> settings = {}; // of all frames, by method; not swept
+  // Options to sweep, in all combinations. Empty: every knob alone, the preview, and a greedy descent; or,
+  // with onlyGiven, the most accurate setting alone.
+  std::vector<method::Sweep> sweep = {};
   bool onlyGiven = false;   // leaves out the most accurate values that `sweep` does not name
   size_t frames = 12;       // most held-out photographs at rest, and as many deformed
   size_t timedFrames = 4;   // most frames at rest that are timed
@@ -39,7 +39,7 @@ struct ChartOptions {
   std::string machine;      // Chart::machine
   std::string command;      // Chart::command
   // Command that makes a chart of one setting of a model.
-  std::function<std::string(const std::filesystem::path& model, const knobs::Setting& setting)> commandOf;
+  std::function<std::string(const std::filesystem::path& model, const method::Setting& setting)> commandOf;
   std::function<void(std::string_view line)> announce; // tells people what will be measured
 };
 

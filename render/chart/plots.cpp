@@ -141,16 +141,16 @@ struct Alone {
   std::vector<std::vector<std::optional<size_t>>> of; // points by model and value
 };
 
-Alone aloneOf(const View& view, const knobs::Knob& knob) {
+Alone aloneOf(const View& view, const method::Option& knob) {
   Alone alone;
   alone.of.resize(view.models.size());
-  for (size_t v = 0; v < knob.values.size(); ++v) {
-    const knobs::Setting wanted = v == 0 ? knobs::Setting{} : knobs::Setting{{knob.name, knob.values[v]}};
+  for (size_t v = 0; v < knob.sweep.size(); ++v) {
+    const method::Setting wanted = v == 0 ? method::Setting{} : method::Setting{{knob.name, knob.sweep[v]}};
     std::vector<std::optional<size_t>> found(view.models.size());
     for (size_t i = 0; i < view.settings.size(); ++i)
       if (view.settings[i] == wanted && hasTime(view.at(i)) && view.fullOf(i)) found[view.modelOf[i]] = i;
     if (std::ranges::none_of(found, [](const auto& point) { return point.has_value(); })) continue;
-    alone.values.push_back(shortest(knob.values[v], 4));
+    alone.values.push_back(knob.sweep[v].text());
     for (size_t model = 0; model < found.size(); ++model) alone.of[model].push_back(found[model]);
   }
   return alone;
@@ -161,13 +161,13 @@ double timeShare(const View& view, size_t point) {
 }
 
 // Error and time of one knob alone, in two panels. All knobs share the scales.
-std::string knobPlot(const View& view, const knobs::Knob& knob, const Alone& alone, double mostError,
+std::string knobPlot(const View& view, const method::Option& knob, const Alone& alone, double mostError,
                      double mostTime) {
   constexpr double left = 34, right = 218, width = 220;
   const Axis errors{false, 0, 1.2 * mostError, 104, 24}, times{false, 0, 1.2 * mostTime, 226, 146};
   const double step = (right - left) / static_cast<double>(alone.values.size());
   std::string html = fmt::format("<figure><figcaption><h3>{}</h3><p class=\"note\">{}</p></figcaption>",
-                                 escaped(knob.name), escaped(knob.meaning));
+                                 escaped(knob.name), escaped(knob.help));
   html += svgOpening(width, 250, knob.name + ": error and time");
   html += verticalAxis(errors, left, right, "error to full, %", 4) +
           verticalAxis(times, left, right, "time, full = 1", 4) +
@@ -305,9 +305,9 @@ std::string agreementPlot(const View& view) {
 }
 
 std::string knobPlots(const View& view) {
-  std::vector<std::pair<const knobs::Knob*, Alone>> plots;
+  std::vector<std::pair<const method::Option*, Alone>> plots;
   double mostError = 0, mostTime = 1;
-  for (const knobs::Knob& knob : view.chart.knobs) {
+  for (const method::Option& knob : view.chart.knobs) {
     Alone alone = aloneOf(view, knob);
     if (alone.values.size() < 2) continue;
     for (const auto& points : alone.of)

@@ -4,7 +4,7 @@
 #include "render/chart/chart.h"
 #include "render/evaluation/measure.h"
 #include "render/evaluation/true_frames.h"
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 
 #include <memory>
 #include <string>

@@ -5,20 +5,20 @@
 
 namespace surflect::chart {
 
-knobs::Setting withoutFull(std::span<const knobs::Knob> knobs, knobs::Setting setting) {
-  for (const knobs::Knob& knob : knobs) {
+method::Setting withoutFull(std::span<const method::Option> knobs, method::Setting setting) {
+  for (const method::Option& knob : knobs) {
     const auto found = setting.find(knob.name);
-    if (found != setting.end() && found->second == knob.values.front()) setting.erase(found);
+    if (found != setting.end() && found->second == knob.sweep.front()) setting.erase(found);
   }
   return setting;
 }
 
-std::vector<knobs::Setting> combinations(std::span<const knobs::Knob> knobs) {
-  std::vector<knobs::Setting> settings{{}};
-  for (const knobs::Knob& knob : knobs) {
-    std::vector<knobs::Setting> longer;
-    for (const knobs::Setting& setting : settings)
-      for (const double value : knob.values) {
+std::vector<method::Setting> combinations(std::span<const method::Option> knobs) {
+  std::vector<method::Setting> settings{{}};
+  for (const method::Option& knob : knobs) {
+    std::vector<method::Setting> longer;
+    for (const method::Setting& setting : settings)
+      for (const method::Value& value : knob.sweep) {
         longer.push_back(setting);
         longer.back()[knob.name] = value;
       }
@@ -27,25 +27,25 @@ std::vector<knobs::Setting> combinations(std::span<const knobs::Knob> knobs) {
   return settings;
 }
 
-std::vector<knobs::Setting> oneByOne(std::span<const knobs::Knob> knobs) {
-  std::vector<knobs::Setting> settings{{}};
-  for (const knobs::Knob& knob : knobs)
-    for (const double value : knob.values)
-      if (value != knob.values.front()) settings.push_back({{knob.name, value}});
+std::vector<method::Setting> oneByOne(std::span<const method::Option> knobs) {
+  std::vector<method::Setting> settings{{}};
+  for (const method::Option& knob : knobs)
+    for (const method::Value& value : knob.sweep)
+      if (value != knob.sweep.front()) settings.push_back({{knob.name, value}});
   return settings;
 }
 
-std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t most,
-                                    const std::function<Cost(const knobs::Setting&)>& cost) {
+std::vector<method::Setting> descent(std::span<const method::Option> knobs, size_t most,
+                                     const std::function<Cost(const method::Setting&)>& cost) {
   constexpr double kLeastGain = 0.02;          // of the work; less is not worth a step
   constexpr double kLeastError = 1e-6;         // so that steps without any error are ranked by work
-  std::vector<size_t> places(knobs.size(), 0); // in Knob::values
+  std::vector<size_t> places(knobs.size(), 0); // in Option::sweep
   const auto settingAt = [&](const std::vector<size_t>& at) {
-    knobs::Setting setting;
-    for (size_t k = 0; k < knobs.size(); ++k) setting[knobs[k].name] = knobs[k].values[at[k]];
+    method::Setting setting;
+    for (size_t k = 0; k < knobs.size(); ++k) setting[knobs[k].name] = knobs[k].sweep[at[k]];
     return withoutFull(knobs, std::move(setting));
   };
-  std::vector<knobs::Setting> path;
+  std::vector<method::Setting> path;
   Cost here = cost({});
   while (path.size() < most) {
     struct Step {
@@ -55,7 +55,7 @@ std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t m
     };
     std::optional<Step> best;
     for (size_t k = 0; k < knobs.size(); ++k) {
-      if (places[k] + 1 == knobs[k].values.size()) continue;
+      if (places[k] + 1 == knobs[k].sweep.size()) continue;
       std::vector<size_t> next = places;
       ++next[k];
       const Cost there = cost(settingAt(next));
@@ -72,9 +72,9 @@ std::vector<knobs::Setting> descent(std::span<const knobs::Knob> knobs, size_t m
   return path;
 }
 
-size_t longestDescent(std::span<const knobs::Knob> knobs, size_t most) {
+size_t longestDescent(std::span<const method::Option> knobs, size_t most) {
   size_t steps = 0;
-  for (const knobs::Knob& knob : knobs) steps += knob.values.size() - 1;
+  for (const method::Option& knob : knobs) steps += knob.sweep.size() - 1;
   return std::min(steps, most);
 }
 

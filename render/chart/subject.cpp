@@ -2,6 +2,7 @@
 
 #include "render/chart/front.h"
 #include "render/chart/settings.h"
+#include "render/methods.h"
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
 #include "surfel/base/hash.h"
@@ -16,70 +17,80 @@
 namespace surflect::chart {
 
 namespace fs = std::filesystem;
-using knobs::Knob, knobs::Setting;
+using method::Option, method::Setting, method::Value;
 
 double scaleOf(const Setting& setting) {
   const auto found = setting.find(kScale);
-  return found == setting.end() ? 1 : found->second;
+  return found == setting.end() ? 1 : found->second.number();
 }
 
-void turn(render::Renderer& renderer, Setting setting) {
-  const double scale = scaleOf(setting);
-  if (!(scale > 0 && scale <= 1))
-    throw Error::mismatch("above 0, up to 1", numberText(scale)).at(kScale).at("knob");
-  setting.erase(kScale);
-  renderer.turn(setting);
+const Option& scaleOption() {
+  static const Option kOption{.name = kScale,
+                              .domain = method::Range{0.01, 1},
+                              .standard = 1,
+                              .sweep = {1, 0.75, 0.5},
+                              .help = "size of the rendered picture, enlarged before it is compared"};
+  return kOption;
 }
 
 namespace {
 
-std::vector<Knob> knobsOf(const render::Renderer& renderer) {
-  std::vector<Knob> knobs = renderer.knobs();
-  knobs.push_back({kScale, "size of the rendered picture, enlarged before it is compared", {1, 0.75, 0.5}});
-  return knobs;
+// The options of a renderer that `held` does not fix, and the scale.
+std::vector<Option> optionsOf(const method::Renderer& renderer, const Setting& held) {
+  std::vector<Option> options(renderer.options().begin(), renderer.options().end());
+  std::erase_if(options, [&](const Option& option) { return held.contains(option.name); });
+  options.push_back(scaleOption());
+  return options;
+}
+
+std::vector<Option> withSweep(std::vector<Option> options) {
+  std::erase_if(options, [](const Option& option) { return option.sweep.empty(); });
+  return options;
 }
 
 // The knobs to sweep with the values to try; the most accurate value comes first or, unless `withFull`, only
 // where it was asked for.
-std::vector<Knob> swept(const std::vector<Knob>& all, const ChartOptions& options, bool withFull) {
-  if (options.sweep.empty() && !options.onlyGiven) return all;
-  std::vector<Knob> chosen;
-  for (const knobs::KnobValues& asked : options.sweep) {
-    knobs::requireKnobs(all, {{asked.name, 0}});
-    Knob knob = *std::ranges::find(all, asked.name, &Knob::name);
-    knob.values.resize(withFull ? 1 : 0);
-    for (const double value : asked.values)
-      if (std::ranges::find(knob.values, value) == knob.values.end()) knob.values.push_back(value);
+std::vector<Option> swept(const std::vector<Option>& all, const ChartOptions& options, bool withFull) {
+  if (options.sweep.empty() && !options.onlyGiven) return withSweep(all);
+  std::vector<Option> chosen;
+  for (const method::Sweep& asked : options.sweep) {
+    Option knob = method::rowOf({"this model", all}, asked.name);
+    if (!knob.standard) throw Error("has no default to compare with").at(method::flagOf(asked.name));
+    knob.sweep.clear();
+    if (withFull) knob.sweep.push_back(*knob.standard);
+    for (const Value& value : asked.values)
+      if (std::ranges::find(knob.sweep, value) == knob.sweep.end()) knob.sweep.push_back(value);
     chosen.push_back(std::move(knob));
   }
   return chosen;
 }
 
 // Throws Error for a sweep that nobody can wait for, before its settings fill the memory.
-void requireFew(const std::vector<Knob>& knobs) {
+void requireFew(const std::vector<Option>& knobs) {
   constexpr double kMost = 10000;
-  const double count = std::accumulate(knobs.begin(), knobs.end(), 1.0, [](double product, const Knob& knob) {
-    return product * static_cast<double>(knob.values.size());
-  });
+  const double count =
+      std::accumulate(knobs.begin(), knobs.end(), 1.0, [](double product, const Option& knob) {
+        return product * static_cast<double>(knob.sweep.size());
+      });
   if (count > kMost)
     throw Error::mismatch(fmt::format("at most {} combinations of all values", kMost), numberText(count))
-        .at("knob");
+        .at("--sweep");
 }
 
 // A picture of the scene's size, rendered with the scale of a setting to which the renderer has been turned.
-render::FrameLayers rendered(render::Renderer& renderer, const scene::Scene& scene, const Setting& setting,
+method::FrameLayers rendered(method::Renderer& renderer, const scene::Scene& scene, const Setting& setting,
                              const Progress& progress) {
-  render::FrameLayers layers = renderer.render(scaled(scene, scaleOf(setting)), {}, progress);
+  method::FrameLayers layers = renderer.render(scaled(scene, scaleOf(setting)), {}, progress);
   layers.color = enlarged(std::move(layers.color), scene.camera.lens.width, scene.camera.lens.height);
   return layers;
 }
 
 // Estimated work of all stages of a frame.
-double workOf(const render::FrameReport& report) {
+double workOf(const method::FrameReport& report) {
   double work = 0;
   for (const auto& [name, count] : report.counts)
     if (name.starts_with("work.")) work += count;
-  if (!(work > 0)) throw Error("the renderer has knobs, but its frames report no work");
+  if (!(work > 0)) throw Error("the renderer has options to sweep, but its frames report no work");
   return work;
 }
 
@@ -88,20 +99,22 @@ double workOf(const render::FrameReport& report) {
 Subject::Subject(fs::path model, const capture::Capture& capture, const std::optional<BentTruth>& bent,
                  const ChartOptions& options, Measurements& measurements, const Progress& progress)
     : model_(std::move(model)), options_(options), measurements_(measurements) {
+  const auto held = options.settings.find(method::methodOfModel(model_).tag);
+  if (held != options.settings.end()) held_ = held->second;
   const auto renderer = open(progress);
   rig_ = renderer->describe().rig;
-  all_ = knobsOf(*renderer);
+  all_ = optionsOf(*renderer, held_);
   knobs_ = swept(all_, options, true);
-  preview_ = withoutFull(all_, renderer->preview());
+  preview_ = withoutFull(all_, method::settingOf(method::Preset::preview, all_));
   if (isGiven()) {
-    const std::vector<Knob> given = swept(all_, options, !options.onlyGiven);
+    const std::vector<Option> given = swept(all_, options, !options.onlyGiven);
     requireFew(given);
     for (Setting& setting : combinations(given)) add(withoutFull(all_, std::move(setting)));
   } else {
     settings_ = oneByOne(knobs_);
     add(preview_);
   }
-  for (const Setting& setting : settings_) turn(*renderer, setting);
+  for (const Setting& setting : settings_) set(*renderer, setting);
   rest_.emplace(capture, rig_, warp::chainWarp({}), options.frames, progress);
   if (bent) {
     const scene::Script script = scene::readScript(bent->script, rig_.origin);
@@ -112,8 +125,14 @@ Subject::Subject(fs::path model, const capture::Capture& capture, const std::opt
   for (const Setting& setting : settings_) keys_[setting] = keyOf(*renderer, setting);
 }
 
-std::unique_ptr<render::Renderer> Subject::open(const Progress& progress) const {
-  return render::openRenderer(model_, options_.renderer, progress);
+void Subject::set(method::Renderer& renderer, Setting setting) const {
+  setting.erase(kScale);
+  setting.insert(held_.begin(), held_.end());
+  renderer.set(method::forFrames(renderer.options(), setting));
+}
+
+std::unique_ptr<method::Renderer> Subject::open(const Progress& progress) const {
+  return method::openRenderer(model_, held_, progress);
 }
 
 void Subject::add(const Setting& setting) {
@@ -121,12 +140,12 @@ void Subject::add(const Setting& setting) {
 }
 
 // Names everything that the accuracy of a setting depends on.
-std::string Subject::keyOf(render::Renderer& renderer, const Setting& setting) const {
-  turn(renderer, setting);
-  const std::string text = fmt::format(
-      "surflect {} {} scale {} cache {} rest {} bent {} by {}", kVersion, renderer.describe().identity,
-      scaleOf(setting), options_.renderer.cacheBytes, rest_->hash(), bent_ ? bent_->hash() : 0, deformation_);
-  return hex(contentHash(std::as_bytes(std::span(text)))) + " " + knobs::textOf(setting);
+std::string Subject::keyOf(method::Renderer& renderer, const Setting& setting) const {
+  set(renderer, setting);
+  const std::string text = fmt::format("surflect {} {} scale {} given {} rest {} bent {} by {}", kVersion,
+                                       renderer.describe().identity, scaleOf(setting), method::textOf(held_),
+                                       rest_->hash(), bent_ ? bent_->hash() : 0, deformation_);
+  return hex(contentHash(std::as_bytes(std::span(text)))) + " " + method::textOf(setting);
 }
 
 std::string Subject::timingKey(const Setting& setting) const {
@@ -172,7 +191,7 @@ void Subject::descend(const Progress& progress) {
   }
 }
 
-Cost Subject::costOf(render::Renderer& renderer, const Setting& setting, const Progress& progress) {
+Cost Subject::costOf(method::Renderer& renderer, const Setting& setting, const Progress& progress) {
   const std::string key = fmt::format("{} {} frames", keyOf(renderer, setting), timedFrames());
   std::optional<Cost> cost = measurements_.cost(key);
   if (!cost) measurements_.keep(key, cost.emplace(measuredCost(renderer, setting, progress)));
@@ -180,13 +199,13 @@ Cost Subject::costOf(render::Renderer& renderer, const Setting& setting, const P
 }
 
 // Mean work and pooled error over the timed frames.
-Cost Subject::measuredCost(render::Renderer& renderer, const Setting& setting, const Progress& progress) {
+Cost Subject::measuredCost(method::Renderer& renderer, const Setting& setting, const Progress& progress) {
   const std::vector<image::Image>& full = fullPictures(progress);
-  turn(renderer, setting);
+  set(renderer, setting);
   Cost cost;
   RelativeRms rms;
   for (size_t i = 0; i < timedFrames(); ++i) {
-    const render::FrameLayers layers = rendered(renderer, timed(i).scene, setting, progress);
+    const method::FrameLayers layers = rendered(renderer, timed(i).scene, setting, progress);
     rms.add(layers.color, full[static_cast<size_t>(&timed(i) - rest_->all().data())]);
     cost.work += workOf(layers.report) / static_cast<double>(timedFrames());
   }
@@ -207,7 +226,7 @@ void Subject::measureAccuracy(const std::function<void()>& done, const Progress&
 void Subject::leaveOutIdle(const Progress& progress) {
   const auto renderer = open(progress);
   const double work = costOf(*renderer, {}, progress).work;
-  for (const Knob& knob : knobs_) {
+  for (const Option& knob : knobs_) {
     const auto isAlone = [&](const Setting& setting) {
       return setting.size() == 1 && setting.contains(knob.name) && setting != preview_;
     };
@@ -224,13 +243,13 @@ Accuracy Subject::accuracyOf(const Setting& setting, const Progress& progress) {
   const std::vector<image::Image>& full = fullPictures(progress);
   forgetPeakMemory();
   const auto renderer = open(progress); // with an empty cache
-  turn(*renderer, setting);
+  set(*renderer, setting);
   Accuracy accuracy;
   PooledAgreement rest, deformed;
   RelativeRms rms;
   size_t i = 0;
   forEachSample([&](const Samples& samples, const Sample& sample) {
-    const render::FrameLayers layers = rendered(*renderer, sample.scene, setting, progress);
+    const method::FrameLayers layers = rendered(*renderer, sample.scene, setting, progress);
     (&samples == &*rest_ ? rest : deformed).add(sample.truth, layers.color, samples.exposure());
     rms.add(layers.color, full[i++]);
     const auto bytes = layers.report.counts.find("bytes_read");
@@ -275,10 +294,10 @@ Point Subject::pointOf(const Setting& setting) const {
   return point;
 }
 
-std::vector<Panel> Subject::panels(const Setting& setting, render::Renderer& renderer,
+std::vector<Panel> Subject::panels(const Setting& setting, method::Renderer& renderer,
                                    const Progress& progress) const {
   std::vector<Panel> panels;
-  turn(renderer, setting);
+  set(renderer, setting);
   for (const Samples* samples : {&*rest_, bent_ ? &*bent_ : nullptr}) {
     if (!samples) continue;
     const Sample& sample = samples->all()[samples->brightest()];

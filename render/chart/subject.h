@@ -16,10 +16,10 @@
 namespace surflect::chart {
 
 // Size of the rendered picture that a setting asks for, as a share of the size of the photograph.
-double scaleOf(const knobs::Setting& setting);
+double scaleOf(const method::Setting& setting);
 
-// Turns a renderer's knobs; the scale is the chart's own. Throws Error for a value that cannot be taken.
-void turn(render::Renderer& renderer, knobs::Setting setting);
+// The chart's own option: the scale.
+const method::Option& scaleOption();
 
 class Subject {
 public:
@@ -31,8 +31,8 @@ public:
   Subject& operator=(const Subject&) = delete;
 
   const std::filesystem::path& model() const { return model_; }
-  const std::vector<knobs::Knob>& knobs() const { return knobs_; } // with the values to try
-  const std::vector<knobs::Setting>& settings() const { return settings_; }
+  const std::vector<method::Option>& knobs() const { return knobs_; } // with the values to try
+  const std::vector<method::Setting>& settings() const { return settings_; }
   const Samples& rest() const { return *rest_; }
   const std::optional<Samples>& bent() const { return bent_; }
 
@@ -50,38 +50,41 @@ public:
 
   size_t timedFrames() const;
   const Sample& timed(size_t i) const; // one of the timed frames, which are spread over the frames at rest
-  bool isTimed(const knobs::Setting& setting) const;
-  void keepTiming(const knobs::Setting& setting, const Timing& timing);
+  bool isTimed(const method::Setting& setting) const;
+  void keepTiming(const method::Setting& setting, const Timing& timing);
 
   // Result for a setting whose accuracy and time have been measured.
-  Point pointOf(const knobs::Setting& setting) const;
+  Point pointOf(const method::Setting& setting) const;
   // Brightest frame at rest, and deformed, beside truth.
-  std::vector<Panel> panels(const knobs::Setting& setting, render::Renderer& renderer,
+  std::vector<Panel> panels(const method::Setting& setting, method::Renderer& renderer,
                             const Progress& progress) const;
 
-  std::unique_ptr<render::Renderer> open(const Progress& progress) const;
+  std::unique_ptr<method::Renderer> open(const Progress& progress) const;
+  // Sets a renderer's options, but for the scale. Throws Error for a value that cannot be taken.
+  void set(method::Renderer& renderer, method::Setting setting) const;
 
 private:
   bool isGiven() const { return options_.onlyGiven || !options_.sweep.empty(); }
-  void add(const knobs::Setting& setting);
-  std::string keyOf(render::Renderer& renderer, const knobs::Setting& setting) const;
-  std::string timingKey(const knobs::Setting& setting) const;
+  void add(const method::Setting& setting);
+  std::string keyOf(method::Renderer& renderer, const method::Setting& setting) const;
+  std::string timingKey(const method::Setting& setting) const;
   const std::vector<image::Image>& fullPictures(const Progress& progress);
-  Accuracy accuracyOf(const knobs::Setting& setting, const Progress& progress);
-  Cost costOf(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
-  Cost measuredCost(render::Renderer& renderer, const knobs::Setting& setting, const Progress& progress);
+  Accuracy accuracyOf(const method::Setting& setting, const Progress& progress);
+  Cost costOf(method::Renderer& renderer, const method::Setting& setting, const Progress& progress);
+  Cost measuredCost(method::Renderer& renderer, const method::Setting& setting, const Progress& progress);
   void leaveOutIdle(const Progress& progress);
   template <class Visit> void forEachSample(Visit visit) const;
 
   std::filesystem::path model_;
   const ChartOptions& options_;
+  method::Setting held_; // options that are not swept
   Measurements& measurements_;
   capture::Capture rig_;
-  std::vector<knobs::Knob> all_, knobs_; // of the renderer; those that are swept
-  knobs::Setting preview_;
-  std::vector<knobs::Setting> settings_;
+  std::vector<method::Option> all_, knobs_; // of the renderer; those that are swept
+  method::Setting preview_;
+  std::vector<method::Setting> settings_;
   std::vector<std::string> idle_;
-  std::map<knobs::Setting, std::string> keys_;
+  std::map<method::Setting, std::string> keys_;
   std::optional<Samples> rest_, bent_;
   std::string deformation_; // names the warp of the bent samples
   std::vector<image::Image> full_;

@@ -38,10 +38,10 @@ View viewOf(const Chart& chart) {
     const auto found = std::ranges::find(view.models, point.model);
     view.modelOf.push_back(static_cast<size_t>(found - view.models.begin()));
     if (found == view.models.end()) view.models.push_back(point.model);
-    knobs::Setting setting = point.setting;
-    for (const knobs::Knob& knob : chart.knobs) {
+    method::Setting setting = point.setting;
+    for (const method::Option& knob : chart.knobs) {
       const auto value = setting.find(knob.name);
-      if (value != setting.end() && !knob.values.empty() && value->second == knob.values.front())
+      if (value != setting.end() && !knob.sweep.empty() && value->second == knob.sweep.front())
         setting.erase(value);
     }
     view.settings.push_back(std::move(setting));
@@ -94,7 +94,7 @@ std::string againstFullText(double decibel, double full) {
   return decibelText(std::abs(lost)) + (lost > 0 ? " below full" : " above full");
 }
 
-std::string settingText(const View& view, size_t point) { return knobs::textOf(view.settings[point]); }
+std::string settingText(const View& view, size_t point) { return method::textOf(view.settings[point]); }
 
 std::string nameOf(const View& view, size_t point) {
   if (!view.at(point).name.empty()) return view.at(point).name;

@@ -18,7 +18,7 @@ struct View {
   const Chart& chart;
   std::vector<std::filesystem::path> models = {};
   std::vector<size_t> modelOf = {};             // by point: index in `models`
-  std::vector<knobs::Setting> settings = {};    // by point: knobs that are not at full
+  std::vector<method::Setting> settings = {};   // by point: knobs that are not at full
   std::vector<std::optional<size_t>> full = {}; // by model: the point at full
   std::vector<size_t> byTime = {};              // points, the fastest first
   std::vector<size_t> chosen = {};              // points, the slowest first

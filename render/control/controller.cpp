@@ -56,12 +56,13 @@ struct Controller::Search {
   std::set<int> ownEffects;             // frames that have been measured knob by knob
 };
 
-Controller::Controller(render::Renderer& renderer, RenderFrame render, FrameRange film, Target target,
-                       knobs::Setting held)
+Controller::Controller(method::Renderer& renderer, RenderFrame render, FrameRange film, Target target,
+                       method::Setting held)
     : renderer_(renderer), render_(std::move(render)), film_(film), target_(target), held_(std::move(held)),
-      knobs_(renderer.knobs()) {
-  knobs::requireKnobs(knobs_, held_);
-  std::erase_if(knobs_, [&](const knobs::Knob& knob) { return held_.contains(knob.name); });
+      knobs_(renderer.options().begin(), renderer.options().end()) {
+  method::requireSetting(method::optionsOf(renderer), held_);
+  std::erase_if(knobs_,
+                [&](const method::Option& knob) { return knob.sweep.empty() || held_.contains(knob.name); });
 }
 
 Choice Controller::choose(int frame) {
@@ -102,10 +103,10 @@ void Controller::readEffects(int index) {
   chapter_ = {};
   chapter_.index = index;
   for (const auto& [stage, cost] : full) chapter_.stages.push_back(stage);
-  for (const knobs::Knob& knob : knobs_) {
-    KnobEffects effects{{knob.values.front(), 0, std::vector<double>(full.size(), 1)}};
-    for (const double value : knob.values | std::views::drop(1)) {
-      knobs::Setting setting = held_;
+  for (const method::Option& knob : knobs_) {
+    KnobEffects effects{{knob.sweep.front(), 0, std::vector<double>(full.size(), 1)}};
+    for (const method::Value& value : knob.sweep | std::views::drop(1)) {
+      method::Setting setting = held_;
       setting[knob.name] = value;
       const Measurement& found = measure(frame, setting);
       StepEffect effect{
@@ -301,22 +302,22 @@ Controller::Probe& Controller::probe(int frame) {
   return probe;
 }
 
-const Controller::Measurement& Controller::measure(int frame, const knobs::Setting& setting) {
+const Controller::Measurement& Controller::measure(int frame, const method::Setting& setting) {
   Probe& probe = this->probe(frame);
   if (!probe.measured.contains(setting)) probe.measured[setting] = rendered(frame, setting, probe);
   return probe.measured.at(setting);
 }
 
 // Renders a frame; the first picture, at full, becomes the probe's.
-Controller::Measurement Controller::rendered(int frame, const knobs::Setting& setting, Probe& probe) {
-  renderer_.turn(setting);
+Controller::Measurement Controller::rendered(int frame, const method::Setting& setting, Probe& probe) {
+  renderer_.set(setting);
   const bool isFull = probe.full.values.empty();
   // The shorter of two times counts: the first frame may have had to wait for the disk.
   const int repeats = target_.kind == Target::Kind::tolerance ? 1 : 2;
   Measurement best{0, kInfinite, {}};
   for (int repeat = 0; repeat < repeats; ++repeat) {
     const Stopwatch watch;
-    render::FrameLayers layers = render_(frame);
+    method::FrameLayers layers = render_(frame);
     ++probes_;
     const Costs costs = costsOf(layers.report, watch.seconds());
     if (!isFull) best.error = relativeRms(layers.color, probe.full);
@@ -327,7 +328,7 @@ Controller::Measurement Controller::rendered(int frame, const knobs::Setting& se
 }
 
 // Costs by stage: estimated work, or milliseconds.
-Controller::Costs Controller::costsOf(const render::FrameReport& report, double seconds) const {
+Controller::Costs Controller::costsOf(const method::FrameReport& report, double seconds) const {
   Costs costs;
   if (target_.kind == Target::Kind::tolerance) {
     constexpr std::string_view kGroup = "work.";
@@ -341,8 +342,8 @@ Controller::Costs Controller::costsOf(const render::FrameReport& report, double 
   return costs;
 }
 
-knobs::Setting Controller::settingOf(const Steps& steps) const {
-  knobs::Setting setting = held_;
+method::Setting Controller::settingOf(const Steps& steps) const {
+  method::Setting setting = held_;
   for (size_t k = 0; k < steps.size(); ++k)
     if (steps[k] > 0) setting[chapter_.names[k]] = chapter_.effects[k][steps[k]].value;
   return setting;

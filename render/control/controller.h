@@ -26,7 +26,7 @@
 #pragma once
 
 #include "render/control/knob_effects.h"
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 
 #include <functional>
 #include <map>
@@ -46,19 +46,19 @@ struct FrameRange {
 };
 
 struct Choice {
-  knobs::Setting setting;
+  method::Setting setting;
   double predictedError = 0; // relative RMS
 };
 
 // Renders a frame of the film with the renderer's present setting.
-using RenderFrame = std::function<render::FrameLayers(int frame)>;
+using RenderFrame = std::function<method::FrameLayers(int frame)>;
 
 class Controller {
 public:
   // Knobs in `held` keep their values: errors are relative to frames in which only the others are at full.
   // The renderer must outlive the controller. Throws Error if the renderer lacks a held knob.
-  Controller(render::Renderer& renderer, RenderFrame render, FrameRange film, Target target,
-             knobs::Setting held = {});
+  Controller(method::Renderer& renderer, RenderFrame render, FrameRange film, Target target,
+             method::Setting held = {});
 
   // Leaves the renderer turned to some setting. Throws Error as the renderer does, and if it has knobs but
   // its frames report no work.
@@ -75,7 +75,7 @@ private:
   // A frame that was rendered in order to choose.
   struct Probe {
     image::Image full; // its picture
-    std::map<knobs::Setting, Measurement> measured;
+    std::map<method::Setting, Measurement> measured;
   };
   // Stretches of the film that share one model of the knobs' effects, which is measured in its middle.
   struct Chapter {
@@ -89,7 +89,7 @@ private:
   // Frames with one setting.
   struct Stretch {
     int first, last;
-    knobs::Setting setting;
+    method::Setting setting;
     std::map<int, double> errors; // of measured frames
   };
   struct Search; // what the search of a stretch has learnt
@@ -102,19 +102,19 @@ private:
   void measureOneByOne(int frame, const Steps& steps, FrameModel& model);
   FrameModel modelOf(int frame);
   Probe& probe(int frame);
-  const Measurement& measure(int frame, const knobs::Setting& setting);
-  Measurement rendered(int frame, const knobs::Setting& setting, Probe& probe);
-  Costs costsOf(const render::FrameReport& report, double seconds) const;
-  knobs::Setting settingOf(const Steps& steps) const;
+  const Measurement& measure(int frame, const method::Setting& setting);
+  Measurement rendered(int frame, const method::Setting& setting, Probe& probe);
+  Costs costsOf(const method::FrameReport& report, double seconds) const;
+  method::Setting settingOf(const Steps& steps) const;
   double tolerance() const { return chapter_.margin * target_.most; } // of measured frames
   bool meets(const Measurement& measurement) const;
 
-  render::Renderer& renderer_;
+  method::Renderer& renderer_;
   const RenderFrame render_;
   const FrameRange film_;
   const Target target_;
-  const knobs::Setting held_;
-  std::vector<knobs::Knob> knobs_; // that are not held
+  const method::Setting held_;
+  std::vector<method::Option> knobs_; // that are not held
   Chapter chapter_;
   std::map<int, Probe> probed_;
   std::vector<Stretch> stretches_; // one, or its parts

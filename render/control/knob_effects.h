@@ -8,6 +8,8 @@
 // measured; c_j cost of stage j at full; r_kj ratio by which the step multiplies it.
 #pragma once
 
+#include "render/method/option.h"
+
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -19,7 +21,7 @@ namespace surflect::control {
 using Steps = std::vector<size_t>;
 
 struct StepEffect {
-  double value = 0;           // of the knob
+  method::Value value = 0;    // of the knob
   double squaredError = 0;    // e_k^2
   std::vector<double> ratios; // r_kj, one per stage
 };

@@ -41,7 +41,7 @@ Score& Score::operator+=(const Score& other) {
   return *this;
 }
 
-Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, const warp::Warp& warp,
+Evaluation evaluate(method::Renderer& renderer, const capture::Capture& asRead, const warp::Warp& warp,
                     const EvaluateOptions& options, const Progress& progress) {
   const capture::Capture& rig = renderer.describe().rig;
   const Point3<AcquisitionSpace, double> middle = renderer.describe().middle;
@@ -78,17 +78,17 @@ Evaluation evaluate(render::Renderer& renderer, const capture::Capture& asRead, 
       result.group = groupOf(knownCameras.contains(result.camera), knownLight);
       scene::Scene scene = truths.sceneOf(frames[view][i]);
       if (!frame.light) scene.lights = options.lights;
-      const std::vector<std::string> aovs(options.confidence ? 1 : 0, "confidence");
-      const render::FrameLayers layers = renderer.render(scene, aovs, progress);
+      const std::vector<std::string> aovs(options.confidence ? 1 : 0, "predicted_error");
+      const method::FrameLayers layers = renderer.render(scene, aovs, progress);
       const image::Image& ours = layers.color;
       result.maskIou = image::intersectionOverUnion(image::objectMask(truth[i]), image::objectMask(ours));
       result.invalidTexels = invalidTexels(truth[i]);
       result.score = scoreOf(truth[i], ours, evaluation.exposure);
       if (options.confidence) {
-        const auto predicted = layers.aovs.find("confidence");
+        const auto predicted = layers.aovs.find("predicted_error");
         if (predicted == layers.aovs.end())
           throw Error::mismatch("a renderer that predicts its errors", "one that does not")
-              .at("confidence")
+              .at("predicted_error")
               .in(renderer.describe().folder);
         result.tiles = tileErrors(truth[i], ours, predicted->second, evaluation.exposure);
       }

@@ -3,7 +3,7 @@
 
 #include "render/evaluation/measure.h"
 #include "render/evaluation/tile_errors.h"
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 #include "render/scene/scene.h"
 #include "surfel/base/progress.h"
 
@@ -18,11 +18,11 @@ struct EvaluateOptions {
   capture::Split split = capture::Split::test;
   std::vector<scene::ShotLight> lights = {}; // light photographs that name no light, as new lights
   // Renderers of the same model that are scored by the same protocol, by name.
-  std::map<std::string, render::Renderer*> others = {};
+  std::map<std::string, method::Renderer*> others = {};
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
   // frame's own camera; see lambert_view.h.
   bool lambert = false;
-  // Whether to compare the renderer's AOV confidence, which it must have, with the true errors.
+  // Whether to compare the renderer's AOV predicted_error, which it must have, with the true errors.
   bool confidence = false;
 };
 
@@ -60,7 +60,7 @@ struct Evaluation {
 // may have another origin. Cameras and lights of the model's rig count as known. Throws Error if the split is
 // empty, if no frame has an object pixel, if the Lambert surface is requested and a camera has no photographs
 // that determine normals, or if confidence is requested of a renderer without it.
-Evaluation evaluate(render::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
+Evaluation evaluate(method::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 
 } // namespace surflect::evaluation

@@ -14,7 +14,7 @@ FilmWriter::FilmWriter(Thread thread, Progress progress) : progress_(std::move(p
 
 FilmWriter::~FilmWriter() { close(); }
 
-void FilmWriter::write(FrameFiles files, render::FrameLayers film) {
+void FilmWriter::write(FrameFiles files, method::FrameLayers film) {
   std::unique_lock lock(mutex_);
   callerWaits_ = true;
   changed_.wait(lock, [&] { return !frame_ || problem_; });
@@ -37,7 +37,7 @@ std::vector<double> FilmWriter::finish() {
   return seconds_;
 }
 
-render::FrameLayers FilmWriter::spare() {
+method::FrameLayers FilmWriter::spare() {
   const std::lock_guard lock(mutex_);
   return std::exchange(spare_, {});
 }

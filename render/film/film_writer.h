@@ -37,19 +37,19 @@ public:
 
   // Takes a frame; waits until the frame before is encoded, so that the layers of at most one frame are held.
   // Throws the Error or Cancelled at which an earlier frame failed; nothing is written after that.
-  void write(FrameFiles files, render::FrameLayers film);
+  void write(FrameFiles files, method::FrameLayers film);
 
   // Waits until all frames are on disk. Returns the seconds that writing took, one number per frame. Throws
   // as write() does.
   std::vector<double> finish();
 
   // Layers of a frame that has been encoded, for reuse of their memory; may be empty.
-  render::FrameLayers spare();
+  method::FrameLayers spare();
 
 private:
   struct Frame {
     FrameFiles files;
-    render::FrameLayers film;
+    method::FrameLayers film;
   };
 
   void encode(const Frame& frame);
@@ -66,7 +66,7 @@ private:
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<Frame> frame_; // to be encoded; the writing thread's until it is emptied
-  render::FrameLayers spare_;
+  method::FrameLayers spare_;
   bool callerWaits_ = false, isClosed_ = false;
   std::exception_ptr problem_;
   std::thread thread_; // last: it uses the others

@@ -21,7 +21,7 @@ image::ChannelSet channelNames(const std::string& layer, int channels) {
 
 } // namespace
 
-std::string frameBytes(const render::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+std::string frameBytes(const method::FrameLayers& film, const std::map<std::string, std::string>& attributes,
                        const Progress& progress) {
   std::vector<image::ExrLayer> layers{
       {{"R", "G", "B", "A"}, &film.color, image::Precision::half, nullptr, 0}};
@@ -31,7 +31,7 @@ std::string frameBytes(const render::FrameLayers& film, const std::map<std::stri
   return image::exrBytes(layers, attributes, progress);
 }
 
-void writeFrame(const std::filesystem::path& path, const render::FrameLayers& film,
+void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes) {
   writeFileAtomically(path, frameBytes(film, attributes));
 }

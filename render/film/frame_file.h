@@ -1,7 +1,7 @@
 // Frames as files.
 #pragma once
 
-#include "render/frame_layers.h"
+#include "render/method/frame_layers.h"
 #include "surfel/base/progress.h"
 
 #include <filesystem>
@@ -13,9 +13,9 @@ namespace surflect::film {
 // Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
 // stretch.V. Colours are half floats, depth is single. Negative colours, which compression noise and the
 // blending of lights can cause, become 0. The attributes are written to the header.
-std::string frameBytes(const render::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+std::string frameBytes(const method::FrameLayers& film, const std::map<std::string, std::string>& attributes,
                        const Progress& progress = {});
-void writeFrame(const std::filesystem::path& path, const render::FrameLayers& film,
+void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes);
 
 // Preview of a frame as PNG: colour times exposure, sRGB, 8 bits, straight alpha.

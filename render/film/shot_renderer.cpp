@@ -29,7 +29,7 @@ capture::Lens scaled(const capture::Lens& lens, double scale) {
   return capture::resized(lens, side(lens.width), side(lens.height));
 }
 
-capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const render::Description& model,
+capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const method::Description& model,
                                         const warp::ShotTime& time) {
   const auto* named = std::get_if<scene::NamedCamera>(&*script.camera);
   if (!named) return scene::cameraAt(script, time);
@@ -42,7 +42,7 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const rende
 
 } // namespace
 
-ShotRenderer::ShotRenderer(const scene::Script& script, render::Renderer& renderer, const Progress& progress)
+ShotRenderer::ShotRenderer(const scene::Script& script, method::Renderer& renderer, const Progress& progress)
     : script_(script), renderer_(renderer), environments_(scene::readEnvironments(script, progress)),
       progress_(progress) {
   size_t read = 0;
@@ -64,11 +64,11 @@ capture::Camera<ObjectSpace> ShotRenderer::camera(int frame, double scale) const
   return camera;
 }
 
-render::FrameLayers ShotRenderer::render(int frame, double scale) {
+method::FrameLayers ShotRenderer::render(int frame, double scale) {
   return render(frame, scale, script_.output->aov);
 }
 
-render::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
+method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
   const warp::ShotTime time = scene::shotTime(script_, frame);
   const warp::WarpPointer warp = scene::warpAt(script_, time);
   return renderer_.render({*warp, camera(frame, scale), scene::lightsAt(script_, time, environments_)}, aovs,

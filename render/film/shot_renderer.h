@@ -1,7 +1,7 @@
 // A script and the renderer of its model, ready to render any frame of the shot.
 #pragma once
 
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 
 #include <optional>
 #include <utility>
@@ -13,7 +13,7 @@ class ShotRenderer {
 public:
   // Reads and prepares the script's environments. requireShot must accept the script. Script, renderer and
   // progress must outlive the ShotRenderer. Throws Error as readEnvironments does, and Cancelled.
-  ShotRenderer(const scene::Script& script, render::Renderer& renderer, const Progress& progress);
+  ShotRenderer(const scene::Script& script, method::Renderer& renderer, const Progress& progress);
 
   // Returns the script's camera, or the captured one that it names, for pictures `scale` times the script's
   // size. Throws Error as cameraAt does, if the model has no camera of that name, and if the captured
@@ -21,12 +21,12 @@ public:
   capture::Camera<ObjectSpace> camera(int frame, double scale) const;
 
   // Renders a frame with the AOVs that the script asks for. Throws Error if a track has no valid value.
-  render::FrameLayers render(int frame, double scale);
+  method::FrameLayers render(int frame, double scale);
   // Renders a frame with these AOVs instead.
-  render::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
+  method::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
 
   // Reuses the memory of a frame that is no longer needed.
-  void reuse(render::FrameLayers film) { memory_ = std::move(film); }
+  void reuse(method::FrameLayers film) { memory_ = std::move(film); }
 
   // Exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames,
   // spread over the shot, becomes white. 1 if all five are black. The first call renders them, at a quarter
@@ -35,15 +35,15 @@ public:
 
   // Environments in the order of the script, and the report on preparing each of them.
   const std::vector<scene::Environment>& environments() const { return environments_; }
-  const std::vector<render::EnvironmentReport>& environmentReports() const { return environmentReports_; }
+  const std::vector<method::EnvironmentReport>& environmentReports() const { return environmentReports_; }
 
 private:
   const scene::Script& script_;
-  render::Renderer& renderer_;
+  method::Renderer& renderer_;
   std::vector<scene::Environment> environments_;
-  std::vector<render::EnvironmentReport> environmentReports_;
+  std::vector<method::EnvironmentReport> environmentReports_;
   const Progress& progress_;
-  render::FrameLayers memory_;
+  method::FrameLayers memory_;
   std::optional<double> exposure_;
 };
 

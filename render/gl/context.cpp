@@ -190,6 +190,8 @@ Context::~Context() = default;
 
 const Description& Context::describe() const { return state_->description; }
 
+std::string Context::driver() const { return "driver " + describe().renderer + " " + describe().version; }
+
 std::shared_ptr<const Context> contextOfThread() {
   thread_local std::weak_ptr<const Context> kept;
   std::shared_ptr<const Context> context = kept.lock();

@@ -44,6 +44,8 @@ public:
   Context& operator=(const Context&) = delete;
 
   const Description& describe() const;
+  // "driver NAME VERSION", for identities of frames.
+  std::string driver() const;
 
 private:
   struct State;

@@ -5,6 +5,9 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
+#include "surfel/math/angle.h"
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 
@@ -144,9 +147,38 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
   return kinds;
 }
 
+PlacedModel asPlacedModel(const Entry& entry) {
+  const Section section(entry, {"model", "position", "rotate_axis", "rotate_deg", "scale"});
+  PlacedModel placed;
+  placed.model = asPath(section.require("model")).lexically_normal();
+  if (const auto position = section.find("position")) placed.position = asVector(*position);
+  if (const auto scale = section.find("scale")) placed.scale = numberIn(*scale, 1e-6, 1e6);
+  const auto axisEntry = section.find("rotate_axis"), angle = section.find("rotate_deg");
+  if (axisEntry && !angle) throw mismatch(*axisEntry, "rotate_deg beside it");
+  if (!angle) return placed;
+  const Vec3<double> axis = axisEntry ? asVector(*axisEntry) : Vec3<double>(0, 0, 1);
+  if (!(axis.norm() > 1e-9)) throw mismatch(*axisEntry, "a direction other than 0");
+  const double radians = Angle::fromDegrees(numberIn(*angle, -360, 360)).radians();
+  placed.rotation = Eigen::AngleAxisd(radians, axis.normalized()).toRotationMatrix();
+  return placed;
+}
+
+std::vector<PlacedModel> asObjects(const Section& root) {
+  constexpr size_t kMostObjects = 10'000;
+  const auto list = root.find("object");
+  if (!list) return {};
+  if (const auto model = root.find("model")) throw mismatch(*model, "no model beside [[object]]");
+  const std::vector<Entry> tables = asArray(*list, "tables under [[object]]");
+  if (tables.empty() || tables.size() > kMostObjects)
+    throw mismatch(*list, "1 to " + std::to_string(kMostObjects) + " tables");
+  std::vector<PlacedModel> objects;
+  for (const Entry& table : tables) objects.push_back(asPlacedModel(table));
+  return objects;
+}
+
 // Throws Error for unknown keys of the root.
 Section rootOf(const ScriptDocument& document) {
-  return {document.root(), {"model", "coordinates", "frames", "output", "camera", "light", "warp"}};
+  return {document.root(), {"model", "object", "coordinates", "frames", "output", "camera", "light", "warp"}};
 }
 
 Coordinates coordinatesOf(const Section& root) {
@@ -160,6 +192,7 @@ Script asScriptOfFrames(const Section& section) {
   Script script;
   script.coordinates = coordinatesOf(section);
   if (const auto model = section.find("model")) script.model = asPath(*model);
+  script.objects = asObjects(section);
   if (const auto frames = section.find("frames")) script.frames = asFrames(*frames);
   if (const auto output = section.find("output")) script.output = asOutput(*output);
   return script;
@@ -177,7 +210,7 @@ void requireShotOf(const Script& script, bool hasCamera) {
   const auto require = [](bool given, const char* field) {
     if (!given) throw Error("missing; a shot needs model, frames, output and camera").at(field);
   };
-  require(!script.model.empty(), "model");
+  require(!script.model.empty() || !script.objects.empty(), "model");
   require(script.frames.has_value(), "frames");
   require(script.output.has_value(), "output");
   require(hasCamera, "camera");
@@ -208,14 +241,16 @@ Script readScript(const std::filesystem::path& path, const Vec3<double>& origin)
   return parseScript(readFile(path, kLargestScript), path, origin);
 }
 
-ScriptHead readScriptHead(const std::filesystem::path& path) {
+ScriptHead readScriptHead(const std::filesystem::path& path, const std::filesystem::path& model) {
   const std::string text = readFile(path, kLargestScript);
   try {
     const ScriptDocument document(text, path);
     const Section root = rootOf(document);
     Script script = asScriptOfFrames(root);
+    if (!model.empty()) script.model = model, script.objects.clear();
     requireShotOf(script, root.find("camera").has_value());
-    return {std::move(script.model), script.coordinates, *script.frames, std::move(*script.output)};
+    return {std::move(script.model), std::move(script.objects), script.coordinates, *script.frames,
+            std::move(*script.output)};
   } catch (Error& error) {
     throw std::move(error).in(path);
   }

@@ -33,7 +33,7 @@ struct Output {
   std::vector<std::string> aov; // each one of aovNames, none twice
 };
 inline constexpr std::array<std::string_view, 6> aovNames = {"depth",       "normal",  "camera_blend",
-                                                             "light_blend", "stretch", "confidence"};
+                                                             "light_blend", "stretch", "predicted_error"};
 
 // The captured camera of this name.
 struct NamedCamera {
@@ -80,14 +80,23 @@ struct EnvironmentLightMotion {
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 
+// A model of a scene of several: its own coordinates are scaled, rotated, then moved.
+struct PlacedModel {
+  std::filesystem::path model; // resolved against the script's folder
+  double scale = 1;            // 1e-6..1e6
+  Mat3<double> rotation = Mat3<double>::Identity();
+  Vec3<double> position = {0, 0, 0}; // of the model's origin
+};
+
 // Origin that positions in a script are relative to: the model's, or that of the source before import moved
 // the origin (Capture::origin).
 enum class Coordinates { model, original };
 
 struct Script {
   std::filesystem::path path;
-  uint64_t hash = 0;           // contentHash of the text, and of the files that its warps read
-  std::filesystem::path model; // resolved against the script's folder; empty: not given
+  uint64_t hash = 0;                // contentHash of the text, and of the files that its warps read
+  std::filesystem::path model;      // resolved against the script's folder; empty: not given
+  std::vector<PlacedModel> objects; // a scene of several models instead
   Coordinates coordinates = Coordinates::model;
   std::optional<Frames> frames;
   std::optional<Output> output;
@@ -99,14 +108,15 @@ struct Script {
 // Head of a shot: all that is needed before the model is opened.
 struct ScriptHead {
   std::filesystem::path model; // as in Script
+  std::vector<PlacedModel> objects;
   Coordinates coordinates = Coordinates::model;
   Frames frames;
   Output output;
 };
 
-// Reads the head alone: no lights, no camera, and no warps with their files. Throws Error as readScript does,
-// and where requireShot would.
-ScriptHead readScriptHead(const std::filesystem::path& path);
+// Reads the head alone: no lights, no camera, and no warps with their files. `model`, if it is not empty,
+// replaces the script's. Throws Error as readScript does, and where requireShot would.
+ScriptHead readScriptHead(const std::filesystem::path& path, const std::filesystem::path& model = {});
 
 // Throw Error naming file, field and line. A misspelt key is answered with the nearest known one. `origin` is
 // Capture::origin of the model's rig; it is subtracted from the positions of a script in original
@@ -115,8 +125,8 @@ Script readScript(const std::filesystem::path& path, const Vec3<double>& origin 
 Script parseScript(std::string_view text, const std::filesystem::path& path,
                    const Vec3<double>& origin = Vec3<double>::Zero());
 
-// Throws Error unless model, frames, output and camera are given (a script for `evaluate` may have warps
-// alone).
+// Throws Error unless a model or objects, frames, output and camera are given (a script for `evaluate` may
+// have warps alone).
 void requireShot(const Script& script);
 
 } // namespace surflect::scene

@@ -26,7 +26,7 @@ struct BlendedAov {
 // Blends AOVs at once, with one confidence for all of them: empty, or one value per entry of raster.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
                  const splat::SplatRaster& raster, std::span<const float> confidence,
-                 render::FrameLayers& layers) {
+                 method::FrameLayers& layers) {
   std::vector<image::Image*> pictures;
   size_t channels = 0;
   for (const std::string& name : names) {
@@ -59,7 +59,7 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
 
 void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
                  const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-                 render::FrameLayers& layers) {
+                 method::FrameLayers& layers) {
   const auto blendOf = [](const std::vector<Rgb>& blends) {
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };

@@ -2,7 +2,7 @@
 // in the table of computeAovs, and its name in render/scene/script.h.
 #pragma once
 
-#include "render/frame_layers.h"
+#include "render/method/frame_layers.h"
 #include "render/splat/splat_raster.h"
 #include "srf/shading/shade.h"
 #include "surfel/base/progress.h"
@@ -18,7 +18,7 @@ namespace surflect::surfels {
 // Cancelled.
 void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
                  const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-                 render::FrameLayers& layers);
+                 method::FrameLayers& layers);
 
 // The ratio of the principal axes of a warped splat, 1 for a circle [Weyrich 2005, Fig. 15].
 double stretchOf(const Vec3<double>& u, const Vec3<double>& v);

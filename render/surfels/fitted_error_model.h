@@ -1,4 +1,4 @@
-// The error model of the AOV confidence, fitted to path-traced stages.
+// The error model of the AOV predicted_error, fitted to path-traced stages.
 #pragma once
 
 #include "render/surfels/predicted_error.h"

@@ -97,6 +97,9 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   countSplats(raster, stats);
   clock.finish("splat");
 
+  const DeformedCloud bisected =
+      options.tangents == Tangents::bisector ? withBisectorFrames(deformed) : DeformedCloud{};
+  const DeformedCloud& tangents = options.tangents == Tangents::bisector ? bisected : deformed;
   const std::span<const uint32_t> visible = raster.visible;
   const bool sharesWeights = options.surfelsPerPatch > 1;
   const PatchQueries queries =
@@ -106,7 +109,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
   const shading::FillBatch write = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
-    writeQueries(cloud, deformed, asking.subspan(begin, end - begin), scene.camera, scene.lights,
+    writeQueries(cloud, tangents, asking.subspan(begin, end - begin), scene.camera, scene.lights,
                  lit.environments, progress, batch);
     batch.reached.clear();
     if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
@@ -129,7 +132,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
-  const bool predictsError = std::ranges::count(options.aovs, "confidence") > 0;
+  const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
@@ -149,9 +152,9 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
         shading::shade(field, asking.size(), write, shading, cache, ofNearest, progress);
     shaded.radiance = std::move(nearest.radiance);
     shaded.alpha = std::move(nearest.alpha);
-    layers.aovs["confidence"] =
-        predictedError(layers.color, developed({}), splat::blend(raster, gaps, 1, shaded.confidence),
-                       options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["confidence"]));
+    layers.aovs["predicted_error"] = predictedError(
+        layers.color, developed({}), splat::blend(raster, gaps, 1, shaded.confidence),
+        options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]));
   }
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;

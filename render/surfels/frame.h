@@ -3,7 +3,7 @@
 //   deform -> splat -> queries -> shade -> develop
 #pragma once
 
-#include "render/frame_layers.h"
+#include "render/method/frame_layers.h"
 #include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
 #include "render/surfels/cut.h"
@@ -26,7 +26,7 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
                         const DeformedCloud& deformed, const splat::SplatOptions& options = {},
                         const Progress& progress = {});
 
-using render::FrameLayers;
+using method::FrameLayers;
 
 struct FrameStats {
   splat::SplatCounts splats;
@@ -49,19 +49,26 @@ struct FrameStats {
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
 
+// Orthonormal tangents (u-bar, v-bar) of a warped surfel, which L is made of.
+enum class Tangents {
+  polar,   // nearest to (u, v): polarFrame
+  bisector // [Weyrich 2005, Eqs. 8 and 9]: bisectorFrame
+};
+
 struct FrameOptions {
   shading::ShadeOptions shade;
   splat::SplatOptions splats;
   // Overrides whether shadows are found by rays where photographs are weighted by pairs; see CastShadows and
   // InterpolationChoice.
   std::optional<bool> shadows = {};
+  Tangents tangents = Tangents::polar;
   // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
   double surfelSize = 0;
   // Most surfels that share the weights of cameras and lights; see Patches.
   size_t surfelsPerPatch = 1;
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
-  std::optional<ErrorModel> errorModel = {}; // of the AOV confidence; none: the fitted one
+  std::optional<ErrorModel> errorModel = {}; // of the AOV predicted_error; none: the fitted one
 };
 
 // Blocks, environments and memory that one frame passes on to the next. Owned by the caller; one frame uses

@@ -76,6 +76,17 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
   return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
 }
 
+DeformedCloud withBisectorFrames(DeformedCloud deformed) {
+  tbb::parallel_for(size_t{0}, deformed.size(), [&](size_t surfel) {
+    Direction3<ObjectSpace>&u = deformed.u[surfel], &v = deformed.v[surfel];
+    const auto frame = bisectorFrame<double>(u.raw().cast<double>(), v.raw().cast<double>());
+    if (!frame) return; // a dead surfel
+    u = assume<Direction3<ObjectSpace>>(Vec3<float>(frame->u.cast<float>()));
+    v = assume<Direction3<ObjectSpace>>(Vec3<float>(frame->v.cast<float>()));
+  });
+  return deformed;
+}
+
 void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::span<const uint32_t> surfels,
                   const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
                   std::span<const PreparedEnvironment* const> prepared, const Progress& progress,

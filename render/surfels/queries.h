@@ -16,6 +16,10 @@ namespace surflect::surfels {
 // L of one surfel [Weyrich 2005, Eq. 10], in double precision. The surfel must not be dead.
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
 
+// A cloud whose tangents are the orthonormal ones of [Weyrich 2005, Eqs. 8 and 9], for L alone: splats keep
+// the warped tangents.
+DeformedCloud withBisectorFrames(DeformedCloud deformed);
+
 // One query per entry of `surfels`, none of which may be dead. Environments are rotated by L; `environments`
 // has one entry per ShotEnvironment of the lights, in order, and must outlive the result. In double
 // precision; the same bits for any number of threads, and for AVX2 and AVX-512. Throws Cancelled.

@@ -102,7 +102,7 @@ const codec::AlphaPlane* alphaOf(const model::Model& model, size_t view) {
 
 } // namespace
 
-Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
+Exactness exactnessOf(const model::Model& model, method::Renderer& renderer,
                       const shading::ShadeOptions& options, const capture::Capture* capture, size_t count,
                       const Bounds& bounds, const Progress& progress) {
   Exactness result;

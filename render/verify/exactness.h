@@ -1,7 +1,7 @@
 // Certificate of exactness: how well a model reproduces its own photographs at their cameras and lights.
 #pragma once
 
-#include "render/renderer.h"
+#include "render/method/renderer.h"
 #include "render/verify/check.h"
 #include "srf/model/model.h"
 #include "srf/shading/query.h"
@@ -30,7 +30,7 @@ struct Exactness {
 // Renders up to `count` photographs, spread over cameras and lights, and compares them with the photographs
 // of `capture`, or without one with those that the model stores. Surfels are compared with what is stored,
 // apart from splatting. Throws Error where photographs cannot be read, and Cancelled.
-Exactness exactnessOf(const model::Model& model, render::Renderer& renderer,
+Exactness exactnessOf(const model::Model& model, method::Renderer& renderer,
                       const shading::ShadeOptions& options, const capture::Capture* capture, size_t count,
                       const Bounds& bounds, const Progress& progress = {});
 

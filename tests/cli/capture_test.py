@@ -56,7 +56,7 @@ class CaptureCommand(TestInFolder):
         self.assertGreater(scores["psnr_linear_db"], straight["psnr_linear_db"] + 1)
 
     def test_predicted_errors_order_the_true_ones(self):
-        confidence = succeed("evaluate", self.folder / "model.srf", self.folder / "capture", "--confidence")["confidence"]
+        confidence = succeed("evaluate", self.folder / "model.srf", self.folder / "capture", "--predicted-error")["predicted_error"]
         self.assertEqual(confidence["tiles"], 68)  # one a frame: the others hold little of the ball
         self.assertGreater(confidence["rank_correlation"], 0.87)
         left = confidence["rms_left"]

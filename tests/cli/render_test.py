@@ -43,7 +43,7 @@ class Render(TestInFolder):
 
     def test_a_film_with_predicted_errors_says_how_much_of_it_is_to_be_trusted(self):
         script = self.folder / "trust.toml"
-        script.write_text(SCRIPT.replace('"stretch"]', '"stretch", "confidence"]'))
+        script.write_text(SCRIPT.replace('"stretch"]', '"stretch", "predicted_error"]'))
         result = run("render", script, "-o", self.folder / "trust")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stderr, r"predicted error: at most 10/255 of white in \d+ % of the object's pixels; "

@@ -6,7 +6,7 @@
 
 int main(int, char** argv) {
   using namespace surflect;
-  const auto renderer = render::openRenderer(argv[1]);
+  const auto renderer = method::openRenderer(argv[1]);
   const auto still = warp::chainWarp({});
   const auto camera = scene::inObjectSpace(renderer->describe().rig.views[0].camera);
   const scene::ShotPointLight light{camera.center(), {10, 10, 10}};

@@ -108,8 +108,8 @@ capture::Camera<ObjectSpace> lightFieldCamera(Dice& dice, const Subject& subject
   return camera;
 }
 
-knobs::Setting randomSetting(Dice& dice, const render::Renderer& renderer) {
-  knobs::Setting setting;
+method::Setting randomSetting(Dice& dice, const method::Renderer& renderer) {
+  method::Setting setting;
   for (const knobs::Knob& knob : renderer.knobs()) {
     const int value = dice.below(static_cast<int>(knob.values.size()));
     if (knob.name == "samples")
@@ -123,8 +123,8 @@ knobs::Setting randomSetting(Dice& dice, const render::Renderer& renderer) {
 }
 
 // A setting that no renderer takes, with values that it would take beside it.
-knobs::Setting badSetting(Dice& dice, const render::Renderer& renderer) {
-  knobs::Setting setting = randomSetting(dice, renderer);
+method::Setting badSetting(Dice& dice, const method::Renderer& renderer) {
+  method::Setting setting = randomSetting(dice, renderer);
   const std::vector<knobs::Knob> knobs = renderer.knobs();
   const auto any = static_cast<size_t>(dice.below(static_cast<int>(knobs.size())));
   constexpr double kBad[] = {-1, 1e9, std::numeric_limits<double>::quiet_NaN(),
@@ -134,7 +134,7 @@ knobs::Setting badSetting(Dice& dice, const render::Renderer& renderer) {
 }
 
 // Complaint about values of a picture by themselves; empty if there is none.
-std::string wrongValues(const render::FrameLayers& film, double brightest) {
+std::string wrongValues(const method::FrameLayers& film, double brightest) {
   const auto& color = film.color.values;
   for (size_t i = 0; i < color.size(); ++i) {
     if (!std::isfinite(color[i])) return "a pixel is not finite";
@@ -178,7 +178,7 @@ double shiftOf(const Subject& subject, const LightFieldCamera& camera) {
 
 // Whether a picture is that of the plain form: up to the tolerance, each pixel is what the plain form shows
 // within `shift` of its middle. Empty if it is; none if it cannot be told.
-std::optional<std::string> disagreement(const Subject& subject, const knobs::Setting& setting,
+std::optional<std::string> disagreement(const Subject& subject, const method::Setting& setting,
                                         const image::Image& shown, const LightFieldCamera& camera,
                                         int samples) {
   const auto plainAt = [&](double x, double y) {
@@ -243,10 +243,10 @@ std::string wrongPhotographWeights(Dice& dice) {
 
 std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
   Dice dice(seed);
-  render::Renderer& renderer = *subject.renderer;
+  method::Renderer& renderer = *subject.renderer;
   const warp::WarpPointer rest = warp::chainWarp({});
   const scene::Scene scene{*rest, lightFieldCamera(dice, subject), {}};
-  const knobs::Setting setting = randomSetting(dice, renderer);
+  const method::Setting setting = randomSetting(dice, renderer);
   renderer.turn(setting);
   const std::string identity = renderer.describe().identity;
   const std::vector<std::string> aovs{"depth", "observed"};
@@ -262,7 +262,7 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
     }
     return "a lens that OpenGL does not have is not refused";
   }
-  const render::FrameLayers film = renderer.render(scene, aovs);
+  const method::FrameLayers film = renderer.render(scene, aovs);
   if (std::string wrong = wrongValues(film, subject.brightest); !wrong.empty()) return wrong;
   const auto& values = film.color.values;
   bool isShown = false;
@@ -285,7 +285,7 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
     }
   }
   if (renderer.describe().identity != identity) return "a refused setting changed the identity";
-  const render::FrameLayers again = renderer.render(scene, aovs);
+  const method::FrameLayers again = renderer.render(scene, aovs);
   if (again.color.values != values) return "a second frame of the scene has other bits";
   for (const auto& [name, aov] : film.aovs)
     if (again.aovs.at(name).values != aov.values) return "a second " + name + " has other bits";

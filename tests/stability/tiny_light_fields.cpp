@@ -124,7 +124,7 @@ Subject slfSubject(const std::filesystem::path& folder, const slf::SlfOptions& o
   const auto reference = std::make_shared<const slf::Reference>(field->field, *field->textures);
   subject.mesh = field->field.mesh;
   const bool isExact = options.frame.basis == slf::Basis::perspective;
-  subject.plain = [=](const LightFieldCamera& camera, const knobs::Setting&) {
+  subject.plain = [=](const LightFieldCamera& camera, const method::Setting&) {
     return isExact ? std::optional(reference->render(camera).color) : std::nullopt;
   };
   subject.wrongWeights = [=](const Vec3<double>&, Dice& dice) -> std::string {
@@ -148,7 +148,7 @@ Subject lumigraphSubject(const std::filesystem::path& folder) {
       lumigraph::readLumigraph(opened(folder, lumigraph::kFormat, lumigraph::kVersion)));
   const auto reference = std::make_shared<const lumigraph::Reference>(*field);
   subject.mesh = slf::testing::together(field->geometry.mesh, field->geometry.fringe);
-  subject.plain = [=](const LightFieldCamera& camera, const knobs::Setting&) {
+  subject.plain = [=](const LightFieldCamera& camera, const method::Setting&) {
     return std::optional(reference->render(camera));
   };
   subject.wrongWeights = [=](const Vec3<double>& viewer, Dice& dice) -> std::string {
@@ -187,7 +187,7 @@ Subject lfmSubject(const std::filesystem::path& folder, lfm::Passes passes, Stor
   const auto reference = std::make_shared<const lfm::Reference>(lfm::openMaps(folder).maps);
   subject.mesh = opened(folder, lfm::kFormatTag, lfm::kFormatVersion).mesh();
   subject.plain = [=](const LightFieldCamera& camera,
-                      const knobs::Setting& setting) -> std::optional<image::Image> {
+                      const method::Setting& setting) -> std::optional<image::Image> {
     if (passes == lfm::Passes::clamped) return std::nullopt;
     const auto terms = setting.find("terms");
     return reference->render(
@@ -216,7 +216,7 @@ Subject sphericalSubject(const std::filesystem::path& folder, const spherical::C
       std::make_unique<spherical::SphericalRenderer>(folder, spherical::SphericalOptions{.budgets = budgets});
   const auto field = std::make_shared<const SphericalImages>(folder);
   subject.mesh = opened(folder, spherical::kFormat, spherical::kVersion).mesh();
-  subject.plain = [=](const LightFieldCamera& camera, const knobs::Setting& setting) {
+  subject.plain = [=](const LightFieldCamera& camera, const method::Setting& setting) {
     const auto valueOf = [&](const char* name, double full) {
       const auto found = setting.find(name);
       return found == setting.end() ? full : found->second;
@@ -261,7 +261,7 @@ Subject opacitySubject(const std::filesystem::path& folder, olf::Order order) {
   subject.gaps = order == olf::Order::bsp ? 1 : 0; // where a cut triangle meets one that is whole
   const auto opacity = std::make_shared<const OpenedOpacity>(folder);
   subject.mesh = opacity->field.mesh;
-  subject.plain = [=](const LightFieldCamera& camera, const knobs::Setting&) {
+  subject.plain = [=](const LightFieldCamera& camera, const method::Setting&) {
     return std::optional(olf::referencePicture(opacity->field, opacity->blender, camera).color);
   };
   subject.wrongWeights = [=](const Vec3<double>& viewer, Dice&) -> std::string {
@@ -297,7 +297,7 @@ Subject olfmSubject(const std::filesystem::path& folder, olf::Order order, Stora
       olf::readMaps(opened(folder, olf::kMapFormat, olf::kMapVersion)));
   subject.mesh = maps->maps.mesh;
   subject.plain = [=](const LightFieldCamera& camera,
-                      const knobs::Setting& setting) -> std::optional<image::Image> {
+                      const method::Setting& setting) -> std::optional<image::Image> {
     const auto terms = setting.find("terms"), layers = setting.find("layers");
     const olf::ReferencePicture picture = olf::referencePicture(
         *maps, camera,

@@ -1,8 +1,8 @@
 // Tiny light fields of all kinds on disk, with their renderers and plain forms in double precision.
 #pragma once
 
-#include "render/knobs/knob.h"
-#include "render/renderer.h"
+#include "render/method/option.h"
+#include "render/method/renderer.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 #include "surfel/geometry/mesh.h"
@@ -21,10 +21,10 @@ using LightFieldCamera = capture::Camera<AcquisitionSpace>;
 
 // A renderer, and what must hold of its pictures.
 struct Subject {
-  std::unique_ptr<render::Renderer> renderer;
+  std::unique_ptr<method::Renderer> renderer;
   TriangleMesh mesh;
   // RGBA, premultiplied, with a ray through the middle of each pixel; none where a setting has no plain form.
-  std::function<std::optional<image::Image>(const LightFieldCamera&, const knobs::Setting&)> plain;
+  std::function<std::optional<image::Image>(const LightFieldCamera&, const method::Setting&)> plain;
   // Names weights for this viewer that do not sum to 1; empty if all do.
   std::function<std::string(const Vec3<double>& viewer, Dice&)> wrongWeights;
   double tolerance = 1. / 255; // of a channel, against the plain form

@@ -101,11 +101,15 @@ void requireLightFieldFolder(const fs::path& folder) {
     throw Error("exists and is not a light field: give the output a folder of its own").in(folder);
 }
 
+void beginLightFieldFolder(const fs::path& folder) {
+  requireLightFieldFolder(folder);
+  createFolder(folder);
+  writeFileAtomically(folder / kUnfinishedFile, "run the same build again\n");
+}
+
 LightFieldWriter::LightFieldWriter(fs::path folder, std::string format, int version)
     : folder_(std::move(folder)), format_(std::move(format)), version_(version) {
-  requireLightFieldFolder(folder_);
-  createFolder(folder_);
-  writeFileAtomically(folder_ / kUnfinishedFile, "run the same build again\n");
+  beginLightFieldFolder(folder_);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
     if (entry.path().filename() != kUnfinishedFile && entry.is_regular_file()) fs::remove(entry.path());
 }

@@ -24,6 +24,10 @@ using Numbers = std::map<std::string, double>;
 // Throws Error unless a light field may be written there: the folder is missing, empty, or holds one.
 void requireLightFieldFolder(const std::filesystem::path& folder);
 
+// Makes the folder of a light field that is going to be written: what is put into subfolders before is kept.
+// Throws Error as requireLightFieldFolder() does.
+void beginLightFieldFolder(const std::filesystem::path& folder);
+
 // A folder that is being written. Without commit() it is left without a manifest, and the next writer takes
 // it over.
 class LightFieldWriter {

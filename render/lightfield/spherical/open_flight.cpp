@@ -11,17 +11,18 @@ OpenFlight::OpenFlight(const std::filesystem::path& folder, const CacheBudgets& 
     : folder_(folder, kFormat, kVersion, progress), file_(folder_), tree_(file_.shape().levels),
       context_(gl::contextOfThread()),
       slots_(slotsFor(file_.shape(), budgets, static_cast<size_t>(context_->describe().limits.arrayLayers))),
-      frame_(tree_, file_.shape(), slots_.gpu), loader_(file_), model_(tree_.levels(), measured()),
-      cache_(slots_, loader_, frame_), flight_(tree_, cache_, model_, options) {}
+      frame_(tree_, file_.shape(), slots_.gpu), loader_(file_),
+      model_(tree_.levels(), measuredTimes(file_, frame_)), cache_(slots_, loader_, frame_),
+      flight_(tree_, cache_, model_, options) {}
 
-FrameTimes OpenFlight::measured() {
+FrameTimes measuredTimes(const SphericalFile& file, SphericalFrame& frame) {
   constexpr double kLeast = 1e-6; // a clock's step
   const Stopwatch reading;
-  const PencilImage image = file_.read(0);
+  const PencilImage image = file.read(0);
   FrameTimes times;
   times.disk = std::max(kLeast, reading.seconds());
   const gl::Stopwatch uploading;
-  frame_.upload(0, image); // into a slot that nothing has yet
+  frame.upload(0, image); // into a slot that nothing has yet
   times.main = std::max(kLeast, uploading.seconds());
   return times;
 }

@@ -14,6 +14,9 @@
 
 namespace surflect::spherical {
 
+// Times of an image from disk and to the GPU, measured with a frame that has no images yet: start values.
+FrameTimes measuredTimes(const SphericalFile& file, SphericalFrame& frame);
+
 // Belongs to the thread that opens it, as its context does.
 class OpenFlight {
 public:
@@ -32,8 +35,6 @@ public:
   FrameTimes times(double detail) const { return model_.times(detail); }
 
 private:
-  FrameTimes measured();
-
   lightfield::LightFieldFolder folder_;
   SphericalFile file_;
   DirectionTree tree_;

@@ -1,7 +1,7 @@
 #include "bench/gallery/figures.h"
 
 #include "render/film/frame_file.h"
-#include "render/frame_layers.h"
+#include "render/method/frame_layers.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
@@ -84,7 +84,7 @@ TEST(Panels, ZoomRepeatsThePixelsOfTheCrop) {
 
 // A film of uniform radiance: opaque at depth 1 in its left half, empty in its right half.
 std::filesystem::path filmOf(const image::TemporaryFolder& folder, const std::string& name, float radiance) {
-  render::FrameLayers film{image::Image(20, 10, 4), {{"depth", image::Image(20, 10, 1)}}};
+  method::FrameLayers film{image::Image(20, 10, 4), {{"depth", image::Image(20, 10, 1)}}};
   for (size_t i = 0; i < 200; ++i) {
     const bool isObject = i % 20 < 10;
     if (isObject) std::ranges::copy(std::array{radiance, radiance, radiance, 1.f}, &film.color.values[4 * i]);

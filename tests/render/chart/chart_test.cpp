@@ -30,30 +30,30 @@ TEST(ChartSettings, CombinationsHoldEveryPairOnce) {
   const auto all = combinations(kKnobs);
   EXPECT_EQ(all.size(), 6u);
   EXPECT_EQ(std::set(all.begin(), all.end()).size(), 6u);
-  EXPECT_EQ(all.front(), (knobs::Setting{{"a", 3}, {"b", 1}}));
-  EXPECT_EQ(withoutFull(kKnobs, all.front()), knobs::Setting());
-  EXPECT_EQ(withoutFull(kKnobs, {{"a", 2}, {"b", 1}}), (knobs::Setting{{"a", 2}}));
+  EXPECT_EQ(all.front(), (method::Setting{{"a", 3}, {"b", 1}}));
+  EXPECT_EQ(withoutFull(kKnobs, all.front()), method::Setting());
+  EXPECT_EQ(withoutFull(kKnobs, {{"a", 2}, {"b", 1}}), (method::Setting{{"a", 2}}));
 }
 
 TEST(ChartSettings, OneByOneTurnsASingleKnob) {
-  EXPECT_EQ(oneByOne(kKnobs), (std::vector<knobs::Setting>{{}, {{"a", 2}}, {{"a", 1}}, {{"b", 0.5}}}));
+  EXPECT_EQ(oneByOne(kKnobs), (std::vector<method::Setting>{{}, {{"a", 2}}, {{"a", 1}}, {{"b", 0.5}}}));
 }
 
 // b saves as much as a step of a, at a tenth of the error, so that it is taken first.
 TEST(ChartSettings, DescentTakesTheStepThatSavesMostWorkForItsError) {
-  const auto cost = [](const knobs::Setting& setting) {
+  const auto cost = [](const method::Setting& setting) {
     const double a = setting.contains("a") ? 3 - setting.at("a") : 0, b = setting.contains("b") ? 1 : 0;
     return Cost{100 - 20 * a - 20 * b, 0.1 * a + 0.01 * b};
   };
   EXPECT_EQ(descent(kKnobs, 20, cost),
-            (std::vector<knobs::Setting>{{{"b", 0.5}}, {{"a", 2}, {"b", 0.5}}, {{"a", 1}, {"b", 0.5}}}));
+            (std::vector<method::Setting>{{{"b", 0.5}}, {{"a", 2}, {"b", 0.5}}, {{"a", 1}, {"b", 0.5}}}));
   EXPECT_EQ(descent(kKnobs, 1, cost).size(), 1u);
   EXPECT_EQ(longestDescent(kKnobs, 20), 3u);
 }
 
 TEST(ChartSettings, DescentEndsWhereNothingSavesWork) {
-  const auto cost = [](const knobs::Setting& setting) { return Cost{setting.contains("a") ? 90. : 100., 0}; };
-  EXPECT_EQ(descent(kKnobs, 20, cost), (std::vector<knobs::Setting>{{{"a", 2}}}));
+  const auto cost = [](const method::Setting& setting) { return Cost{setting.contains("a") ? 90. : 100., 0}; };
+  EXPECT_EQ(descent(kKnobs, 20, cost), (std::vector<method::Setting>{{{"a", 2}}}));
 }
 
 std::vector<Point> randomPoints(unsigned seed, size_t count) {
@@ -193,8 +193,8 @@ protected:
     options.timedFrames = 1;
     options.rounds = 1;
     options.machine = "test";
-    options.commandOf = [](const std::filesystem::path&, const knobs::Setting& setting) {
-      return "chart \"" + knobs::textOf(setting) + "\"";
+    options.commandOf = [](const std::filesystem::path&, const method::Setting& setting) {
+      return "chart \"" + method::textOf(setting) + "\"";
     };
     options.announce = [](std::string_view) {};
     return options;
@@ -219,7 +219,7 @@ TEST_F(ChartOfASphere, HoldsTheSweepWithFullFirst) {
   ASSERT_EQ(chart.points.size(), 4u);
   EXPECT_EQ(chart.restFrames, 3u);
   EXPECT_EQ(chart.restHeldOut, 12u);
-  EXPECT_EQ(chart.points[0].setting, knobs::Setting());
+  EXPECT_EQ(chart.points[0].setting, method::Setting());
   EXPECT_EQ(chart.points[0].rmsToFull, 0);
   for (const Point& point : chart.points) {
     EXPECT_EQ(point.setting.empty(), point.rmsToFull == 0);
@@ -276,7 +276,7 @@ TEST_F(ChartOfASphere, SecondRunMeasuresNothingAgain) {
 TEST_F(ChartOfASphere, DescentsAreEqual) {
   ChartOptions asked = options();
   asked.descentSteps = 4;
-  std::vector<std::vector<knobs::Setting>> settings;
+  std::vector<std::vector<method::Setting>> settings;
   for (const char* name : {"descent", "descent again"}) {
     Measurements measurements(emptyFolder(name) / "measurements.jsonl");
     Subject subject(packed->model.folder, packed->capture, std::nullopt, asked, measurements, {});
@@ -328,10 +328,10 @@ TEST_F(ChartOfASphere, WithoutKnobsAllAreTriedAloneAndTogether) {
   for (const knobs::Knob& knob : chart.knobs)
     for (const double value : knob.values) {
       const bool isFull = value == knob.values.front();
-      const knobs::Setting alone = isFull ? knobs::Setting() : knobs::Setting{{knob.name, value}};
+      const method::Setting alone = isFull ? method::Setting() : method::Setting{{knob.name, value}};
       // No frame has an environment.
       const long expected = knob.name == "environment_error" && !isFull ? 0 : 1;
-      EXPECT_EQ(std::ranges::count(chart.points, alone, &Point::setting), expected) << knobs::textOf(alone);
+      EXPECT_EQ(std::ranges::count(chart.points, alone, &Point::setting), expected) << method::textOf(alone);
     }
   EXPECT_TRUE(said.ends_with(": no effect on these frames: environment_error\n")) << said;
   EXPECT_EQ(chart.idleKnobs.at(packed->model.folder), std::vector<std::string>{"environment_error"});
@@ -344,7 +344,7 @@ TEST_F(ChartOfASphere, OnlyTheGivenValuesStandAlone) {
   asked.sweep = {{"cameras", {1}}, {"lights", {2}}};
   const Chart chart = chartIn("only", asked);
   ASSERT_EQ(chart.points.size(), 1u);
-  EXPECT_EQ(chart.points[0].setting, (knobs::Setting{{"cameras", 1}, {"lights", 2}}));
+  EXPECT_EQ(chart.points[0].setting, (method::Setting{{"cameras", 1}, {"lights", 2}}));
   EXPECT_GT(chart.points[0].rmsToFull, 0);
 }
 

@@ -9,11 +9,11 @@
 namespace surflect::chart {
 namespace {
 
-Point pointOf(const knobs::Setting& setting, double milliseconds, double rmsToFull) {
+Point pointOf(const method::Setting& setting, double milliseconds, double rmsToFull) {
   Point point;
   point.model = "vase.srf";
   point.setting = setting;
-  point.command = "surflect chart " + knobs::textOf(setting);
+  point.command = "surflect chart " + method::textOf(setting);
   point.milliseconds = milliseconds;
   point.rmsToFull = rmsToFull;
   point.rest = {39, 38 - 20 * rmsToFull, 0.98, 0.02};

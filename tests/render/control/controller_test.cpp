@@ -14,7 +14,7 @@ namespace surflect::control {
 namespace {
 
 // Pictures of 8 x 8 pixels whose errors and costs are formulas. Every knob has the values 4, 3, 2 and 1.
-class FormulaRenderer : public render::Renderer {
+class FormulaRenderer : public method::Renderer {
 public:
   // Relative RMS error of each knob alone, of a value in a frame.
   std::function<double(size_t knob, double value, int frame)> error = [](size_t knob, double value, int) {
@@ -24,14 +24,14 @@ public:
   bool isTimed = true;
   std::vector<std::string> names{"a", "b", "c"};
   int frames = 0; // rendered
-  knobs::Setting setting;
+  method::Setting setting;
 
   std::vector<knobs::Knob> knobs() const override {
     std::vector<knobs::Knob> knobs;
     for (const std::string& name : names) knobs.push_back({name, "", {4, 3, 2, 1}});
     return knobs;
   }
-  void turn(const knobs::Setting& next) override {
+  void turn(const method::Setting& next) override {
     knobs::requireKnobs(knobs(), next);
     setting = next;
   }
@@ -44,9 +44,9 @@ public:
     for (size_t k = 0; k < names.size(); ++k) product *= valueOf(k) / 4;
     return 90 * product + (names.empty() ? 10 : 2.5 * valueOf(names.size() - 1));
   }
-  render::FrameLayers frame(int number) {
+  method::FrameLayers frame(int number) {
     ++frames;
-    render::FrameLayers layers;
+    method::FrameLayers layers;
     layers.color = image::Image(8, 8, 4);
     for (size_t pixel = 0; pixel < 64; ++pixel) {
       double value = 1;
@@ -63,31 +63,31 @@ public:
     return layers;
   }
 
-  const render::Description& describe() const override { return description_; }
-  render::FrameLayers render(const scene::Scene&, const std::vector<std::string>&, const Progress&,
-                             render::FrameLayers) override {
+  const method::Description& describe() const override { return description_; }
+  method::FrameLayers render(const scene::Scene&, const std::vector<std::string>&, const Progress&,
+                             method::FrameLayers) override {
     return {};
   }
-  render::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
+  method::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
 
 private:
-  render::Description description_;
+  method::Description description_;
 };
 
 struct Film : ::testing::Test {
   FormulaRenderer renderer;
   FrameRange range{1, 100};
 
-  Controller controllerOf(const Target& target, const knobs::Setting& held = {}) {
+  Controller controllerOf(const Target& target, const method::Setting& held = {}) {
     return {renderer, [this](int frame) { return renderer.frame(frame); }, range, target, held};
   }
-  double trueError(int frame, const knobs::Setting& setting, const knobs::Setting& held = {}) {
+  double trueError(int frame, const method::Setting& setting, const method::Setting& held = {}) {
     renderer.turn(held);
     const image::Image full = renderer.frame(frame).color;
     renderer.turn(setting);
     return relativeRms(renderer.frame(frame).color, full);
   }
-  double work(const knobs::Setting& setting) {
+  double work(const method::Setting& setting) {
     renderer.turn(setting);
     return renderer.work();
   }
@@ -95,7 +95,7 @@ struct Film : ::testing::Test {
   double leastWork(double tolerance, const std::vector<int>& frames) {
     double least = std::numeric_limits<double>::infinity();
     for (int code = 0; code < 64; ++code) {
-      const knobs::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
+      const method::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
       if (std::ranges::all_of(frames, [&](int frame) { return trueError(frame, setting) <= tolerance; }))
         least = std::min(least, work(setting));
     }
@@ -212,7 +212,7 @@ TEST_F(Film, ProbesAreFewBesideTheFilm) {
 }
 
 TEST_F(Film, HeldKnobsKeepTheirValuesAndErrorsAreRelativeToThem) {
-  const knobs::Setting held{{"b", 1}};
+  const method::Setting held{{"b", 1}};
   Controller controller = controllerOf({Target::Kind::tolerance, 0.005}, held);
   const Choice choice = controller.choose(50);
   EXPECT_EQ(choice.setting.at("b"), 1);
@@ -222,10 +222,10 @@ TEST_F(Film, HeldKnobsKeepTheirValuesAndErrorsAreRelativeToThem) {
 }
 
 TEST_F(Film, NothingIsRenderedWhereThereIsNothingToChoose) {
-  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0}).choose(7).setting, knobs::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0}).choose(7).setting, method::Setting{});
   renderer.names.clear();
-  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0.1}).choose(7).setting, knobs::Setting{});
-  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 1}).choose(7).setting, knobs::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::tolerance, 0.1}).choose(7).setting, method::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 1}).choose(7).setting, method::Setting{});
   EXPECT_EQ(renderer.frames, 0);
 }
 
@@ -243,16 +243,16 @@ TEST_F(Film, ABudgetGetsTheMostAccurateSettingThatIsFastEnough) {
   for (const double milliseconds : {20e3, 40e3, 70e3}) {
     double least = std::numeric_limits<double>::infinity();
     for (int code = 0; code < 64; ++code) {
-      const knobs::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
+      const method::Setting setting{{"a", 1 + code % 4}, {"b", 1 + code / 4 % 4}, {"c", 1 + code / 16}};
       if (1e3 * work(setting) <= milliseconds) least = std::min(least, trueError(3, setting));
     }
-    const knobs::Setting chosen = controllerOf({Target::Kind::milliseconds, milliseconds}).choose(3).setting;
+    const method::Setting chosen = controllerOf({Target::Kind::milliseconds, milliseconds}).choose(3).setting;
     EXPECT_LE(1e3 * work(chosen), milliseconds);
     EXPECT_NEAR(trueError(3, chosen), least, 1e-6);
   }
-  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 200e3}).choose(3).setting, knobs::Setting{});
+  EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 200e3}).choose(3).setting, method::Setting{});
   EXPECT_EQ(controllerOf({Target::Kind::milliseconds, 0.1}).choose(3).setting,
-            (knobs::Setting{{"a", 1}, {"b", 1}, {"c", 1}}))
+            (method::Setting{{"a", 1}, {"b", 1}, {"c", 1}}))
       << "the fastest, if none is fast enough";
 }
 

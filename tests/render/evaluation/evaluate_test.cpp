@@ -81,7 +81,7 @@ TEST(Evaluate, TruthRenderedByTheProgramItselfIsMet) {
   capture.geometry.clear();
   capture::writeCapture(capture, folder);
 
-  const auto renderer = render::openRenderer(packed.model.folder);
+  const auto renderer = method::openRenderer(packed.model.folder);
   const Evaluation evaluation = evaluate(*renderer, capture::readCapture(folder), *turn);
   ASSERT_EQ(evaluation.frames.size(), 4u);
   EXPECT_EQ(evaluation.frames[1].invalidTexels, 1u);

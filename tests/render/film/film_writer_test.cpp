@@ -18,7 +18,7 @@ constexpr int kFrames = 12; // more than share a commit
 
 class WrittenFilm : public ::testing::Test {
 protected:
-  static render::FrameLayers film(int frame) {
+  static method::FrameLayers film(int frame) {
     const auto seed = static_cast<unsigned>(frame);
     return {image::randomImage(40, 30, 4, 0, 1, seed),
             {{"stretch", image::randomImage(40, 30, 1, 1, 2, seed)}}};

@@ -12,8 +12,8 @@
 namespace surflect::film {
 namespace {
 
-render::FrameLayers randomFilm() {
-  render::FrameLayers film;
+method::FrameLayers randomFilm() {
+  method::FrameLayers film;
   film.color = image::randomImage(13, 9, 4, 0, 2, 1);
   film.aovs["depth"] = image::randomImage(13, 9, 1, 1, 5, 2);
   film.aovs["depth"].at(3, 4)[0] = std::numeric_limits<float>::infinity();
@@ -26,7 +26,7 @@ render::FrameLayers randomFilm() {
 
 TEST(FrameLayers, WhatLiesBelowBlackIsBlack) {
   const image::TemporaryFolder folder;
-  render::FrameLayers film;
+  method::FrameLayers film;
   film.color = image::Image(2, 1, 4);
   film.color.values = {-0.5f, 0.25f, -1e-9f, 1, 0.5f, -2, 1, 1};
   writeFrame(folder / "film.exr", film, {});
@@ -36,7 +36,7 @@ TEST(FrameLayers, WhatLiesBelowBlackIsBlack) {
 
 TEST(FrameLayers, LayersAndMetadataComeBack) {
   const image::TemporaryFolder folder;
-  const render::FrameLayers film = randomFilm();
+  const method::FrameLayers film = randomFilm();
   writeFrame(folder / "film.exr", film, {{"surflect.identity", "script 1 model 2"}, {"surflect.frame", "7"}});
   const image::ExrFile file(folder / "film.exr");
   EXPECT_EQ(file.attribute("surflect.identity"), "script 1 model 2");

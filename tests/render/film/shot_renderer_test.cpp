@@ -24,17 +24,17 @@ protected:
   ShotRenderer rendererOf(const scene::Script& script) { return ShotRenderer(script, *renderer, progress); }
 
   const Progress progress;
-  const std::unique_ptr<render::Renderer> renderer = render::openRenderer(model().folder);
+  const std::unique_ptr<method::Renderer> renderer = method::openRenderer(model().folder);
   const std::string placed = "position = [4, 1, \"t\"]\nlook_at = [0, 0, 0]\nfov_deg = 40";
 };
 
 TEST_F(ShotOfSphere, AFrameIsTheScriptAtItsTime) {
   const scene::Script shot = script(placed);
-  const render::FrameLayers film = rendererOf(shot).render(7, 1);
+  const method::FrameLayers film = rendererOf(shot).render(7, 1);
   const warp::ShotTime time = scene::shotTime(shot, 7);
   surfels::FrameOptions options;
   options.aovs = {"depth"};
-  const render::FrameLayers expected = filmOf(
+  const method::FrameLayers expected = filmOf(
       model(), *scene::warpAt(shot, time), scene::cameraAt(shot, time), scene::lightsAt(shot, time), options);
   EXPECT_EQ(film.color.values, expected.color.values);
   ASSERT_EQ(film.aovs.size(), 1u);

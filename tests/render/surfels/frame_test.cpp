@@ -246,11 +246,11 @@ TEST_F(FrameOfSphere, PredictingErrorsLeavesTheColorAsItIs) {
     FrameOptions options;
     options.shade.interpolation = kind;
     const FrameLayers plain = filmOf(model(), *noWarp(), camera, lights, options);
-    options.aovs = {"confidence"};
+    options.aovs = {"predicted_error"};
     const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
     EXPECT_EQ(film.color.values, plain.color.values);
-    EXPECT_FALSE(plain.aovs.contains("confidence"));
-    const std::vector<float>& error = film.aovs.at("confidence").values;
+    EXPECT_FALSE(plain.aovs.contains("predicted_error"));
+    const std::vector<float>& error = film.aovs.at("predicted_error").values;
     for (size_t pixel = 0; pixel < error.size(); ++pixel) {
       if (film.color.values[4 * pixel + 3] == 1) {
         EXPECT_GT(error[pixel], 0);
@@ -262,12 +262,12 @@ TEST_F(FrameOfSphere, PredictingErrorsLeavesTheColorAsItIs) {
 // The nearest photograph is the picture where nothing is blended: no photographs disagree.
 TEST_F(FrameOfSphere, PredictedDisagreementIsNoneForTheNearestPhotographAlone) {
   FrameOptions options;
-  options.aovs = {"confidence"};
+  options.aovs = {"predicted_error"};
   options.errorModel = {1, 0, 0};
-  const image::Image blended = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("confidence");
+  const image::Image blended = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("predicted_error");
   EXPECT_GT(std::ranges::max(blended.values), 0.01f);
   options.shade.nearest = true;
-  const image::Image alone = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("confidence");
+  const image::Image alone = filmOf(model(), *noWarp(), camera, lights, options).aovs.at("predicted_error");
   EXPECT_EQ(std::ranges::max(alone.values), 0);
 }
 

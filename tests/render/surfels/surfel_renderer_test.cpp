@@ -33,12 +33,12 @@ protected:
 };
 
 TEST_F(Opened, ItsFramesAreThoseOfRenderFrame) {
-  const auto renderer = render::openRenderer(model().folder);
+  const auto renderer = method::openRenderer(model().folder);
   const auto warp = noWarp();
-  const render::FrameLayers got = renderer->render({*warp, camera, lights}, {"depth"});
+  const method::FrameLayers got = renderer->render({*warp, camera, lights}, {"depth"});
   FrameOptions options;
   options.aovs = {"depth"};
-  const render::FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
+  const method::FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
   EXPECT_EQ(got.color.values, expected.color.values);
   EXPECT_EQ(got.aovs.at("depth").values, expected.aovs.at("depth").values);
   EXPECT_EQ(got.report.counts.at("surfels.dead"), 0);
@@ -48,18 +48,18 @@ TEST_F(Opened, ItsFramesAreThoseOfRenderFrame) {
 }
 
 TEST_F(Opened, DescribesItsModel) {
-  const auto renderer = render::openRenderer(model().folder);
-  const render::Description& description = renderer->describe();
+  const auto renderer = method::openRenderer(model().folder);
+  const method::Description& description = renderer->describe();
   EXPECT_EQ(description.folder, model().folder);
   EXPECT_EQ(description.counts.at("surfels"), model().cloud.size());
   EXPECT_EQ(description.points.size(), model().cloud.size());
   EXPECT_EQ(description.rig.views.size(), model().rig.views.size());
-  EXPECT_NE(description.identity, render::openRenderer(model().folder, {.cameras = 1})->describe().identity);
+  EXPECT_NE(description.identity, method::openRenderer(model().folder, {.cameras = 1})->describe().identity);
 }
 
 TEST_F(Opened, TurnedKnobsGiveTheFramesOfTheirOptions) {
-  const auto turned = render::openRenderer(model().folder);
-  const auto fewer = render::openRenderer(model().folder, {.cameras = 1, .lights = 2});
+  const auto turned = method::openRenderer(model().folder);
+  const auto fewer = method::openRenderer(model().folder, {.cameras = 1, .lights = 2});
   const std::string full = turned->describe().identity;
   turned->turn({{"cameras", 1}, {"lights", 2}});
   const auto warp = noWarp();
@@ -71,7 +71,7 @@ TEST_F(Opened, TurnedKnobsGiveTheFramesOfTheirOptions) {
 }
 
 TEST_F(Opened, EveryKnobTakesAllItsValuesAndNoOthers) {
-  const auto renderer = render::openRenderer(model().folder);
+  const auto renderer = method::openRenderer(model().folder);
   const std::vector<knobs::Knob> knobs = renderer->knobs();
   const std::string full = renderer->describe().identity;
   EXPECT_FALSE(knobs.empty());
@@ -91,9 +91,9 @@ TEST_F(Opened, EveryKnobTakesAllItsValuesAndNoOthers) {
 }
 
 TEST_F(Opened, WorkFallsWithEveryStepOfAKnob) {
-  const auto renderer = render::openRenderer(model().folder);
+  const auto renderer = method::openRenderer(model().folder);
   const auto warp = noWarp();
-  const auto workAt = [&](const knobs::Setting& setting) {
+  const auto workAt = [&](const method::Setting& setting) {
     renderer->turn(setting);
     double work = 0;
     for (const auto& [name, count] : renderer->render({*warp, camera, lights}).report.counts)
@@ -131,7 +131,7 @@ TEST(OpenRenderer, AnUnknownFormatIsToldWithItsPlace) {
   image::TemporaryFolder folder;
   image::writeBytes(folder / "manifest.json", R"({"format": "polygons"})");
   EXPECT_EQ(
-      image::errorOf([&] { render::openRenderer(folder.path()); }),
+      image::errorOf([&] { method::openRenderer(folder.path()); }),
       (folder / "manifest.json").string() +
           ": format: found \"polygons\", expected \"surflect model\", \"surflect surface light field\", "
           "\"surflect lumigraph\", \"surflect light field maps\", \"surflect spherical\", "

@@ -46,7 +46,7 @@ TEST(UnobservedPixels, LeaveNoDarkSpotInAnyLightField) {
 
   const auto rest = warp::chainWarp({});
   const scene::Scene scene{*rest, studio::cameraFrom<ObjectSpace>(from[0], kSize), {}};
-  std::vector<std::unique_ptr<render::Renderer>> renderers;
+  std::vector<std::unique_ptr<method::Renderer>> renderers;
   renderers.push_back(std::make_unique<slf::SlfRenderer>(folder / "slf"));
   renderers.push_back(std::make_unique<lumigraph::LumigraphRenderer>(folder / "lumigraph"));
   renderers.push_back(std::make_unique<lfm::LfmRenderer>(folder / "lfm"));

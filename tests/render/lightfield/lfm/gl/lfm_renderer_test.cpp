@@ -46,7 +46,7 @@ TEST_F(LfmRendererTest, ShowsTheFramesOfItsMaps) {
 
 TEST_F(LfmRendererTest, DescribesItself) {
   const LfmRenderer renderer(*folder_ / "maps");
-  const render::Description& description = renderer.describe();
+  const method::Description& description = renderer.describe();
   EXPECT_EQ(description.rig.views.size(), 3u);
   EXPECT_EQ(description.counts.at("terms"), 3u);
   EXPECT_EQ(description.points.size(), openMaps(*folder_ / "maps").maps.mesh.positions.size());
@@ -58,7 +58,7 @@ TEST_F(LfmRendererTest, DescribesItself) {
 
 TEST_F(LfmRendererTest, ReportsWhatAFrameTook) {
   LfmRenderer renderer(*folder_ / "maps", {.frame = {.passes = Passes::perTerm}});
-  const render::FrameReport report = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  const method::FrameReport report = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
   EXPECT_EQ(report.counts.at("passes"), 4);
   EXPECT_EQ(report.counts.at("terms"), 3);
   EXPECT_GT(report.counts.at("texture_bytes"), 0);
@@ -76,7 +76,7 @@ TEST_F(LfmRendererTest, SeveralSamplesAreAveragedAndTheNearestDepthKept) {
   LfmRenderer single(*folder_ / "maps"), several(*folder_ / "maps", {.samples = 2});
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
   EXPECT_TRUE(single.render(scene, {"observed"}).aovs.empty());
-  const render::FrameLayers one = single.render(scene, {"depth"}), four = several.render(scene, {"depth"});
+  const method::FrameLayers one = single.render(scene, {"depth"}), four = several.render(scene, {"depth"});
   size_t partly = 0;
   for (size_t i = 0; i < one.color.values.size(); i += 4) {
     const float alpha = four.color.values[i + 3];

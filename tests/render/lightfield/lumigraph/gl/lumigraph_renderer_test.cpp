@@ -34,7 +34,7 @@ TEST_F(LumigraphRendererTest, ShowsTheObjectFromNewViewpoints) {
   LumigraphRenderer renderer(*folder_ / "lumigraph");
   for (const Vec3<double>& direction :
        {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1), Vec3<double>(0, -1, 0.1)}) {
-    const render::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
+    const method::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
     const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, 48);
     const studio::SphereView view = studio::viewSphere(camera, 1);
     const image::Image truth = studio::overBlack(view, studio::fixedRadiance);
@@ -55,7 +55,7 @@ TEST_F(LumigraphRendererTest, ShowsTheObjectFromNewViewpoints) {
 
 TEST_F(LumigraphRendererTest, DescribesItself) {
   const LumigraphRenderer renderer(*folder_ / "lumigraph");
-  const render::Description& description = renderer.describe();
+  const method::Description& description = renderer.describe();
   EXPECT_EQ(description.rig.views.size(), 30u);
   EXPECT_EQ(description.counts.at("nodes"), 3u);
   EXPECT_LE(description.counts.at("texels"), 100000u);
@@ -89,7 +89,7 @@ TEST_F(LumigraphRendererTest, SeveralStandSideBySideWithTheirOwnOptions) {
 TEST_F(LumigraphRendererTest, GivesDepthIfAskedAndSaysIfNothingIsVisible) {
   LumigraphRenderer renderer(*folder_ / "lumigraph");
   scene::Scene scene = sceneFrom({0, 0, 1}, *rest_);
-  const render::FrameLayers layers = renderer.render(scene, {"depth"});
+  const method::FrameLayers layers = renderer.render(scene, {"depth"});
   EXPECT_FALSE(layers.report.remark);
   EXPECT_NEAR(layers.aovs.at("depth").at(24, 24)[0], scene.camera.center().raw().norm() - 1, 0.01);
   EXPECT_TRUE(renderer.render(scene).aovs.empty());

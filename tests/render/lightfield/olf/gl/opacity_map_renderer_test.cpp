@@ -39,7 +39,7 @@ TEST_F(OpacityMapRendererTest, ShowsTheObjectAndItsOutlineFromNewViewpoints) {
   for (const Order order : {Order::list, Order::peel}) {
     OpacityMapRenderer renderer(*folder_ / "maps", {.samples = 2, .order = order});
     for (const Vec3<double>& direction : {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1)}) {
-      const render::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
+      const method::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
       const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, 48);
       const image::Image truth = studio::overBlack(studio::viewSphere(camera, 3), studio::fixedRadiance);
       double squares = 0;
@@ -59,8 +59,8 @@ TEST_F(OpacityMapRendererTest, DescribesItselfAndTakesItsKnobs) {
   ASSERT_EQ(renderer.knobs().size(), 3u);
   EXPECT_EQ(renderer.knobs()[2].name, "layers");
   std::set<std::string> identities{renderer.describe().identity};
-  for (const knobs::Setting& setting :
-       {knobs::Setting{{"samples", 1}}, {{"terms", 1}}, {{"layers", 1}}, {{"terms", 1}, {"layers", 2}}}) {
+  for (const method::Setting& setting :
+       {method::Setting{{"samples", 1}}, {{"terms", 1}}, {{"layers", 1}}, {{"terms", 1}, {"layers", 2}}}) {
     renderer.turn(setting);
     EXPECT_TRUE(identities.insert(renderer.describe().identity).second);
   }
@@ -79,8 +79,8 @@ TEST_F(OpacityMapRendererTest, ASettingThatIsRefusedChangesNothing) {
   const scene::Scene scene = sceneFrom({1, 0, 0}, *rest_);
   const image::Image full = renderer.render(scene).color;
   const std::string identity = renderer.describe().identity;
-  for (const knobs::Setting& setting :
-       {knobs::Setting{{"samples", 2}, {"terms", 4}}, {{"terms", 0}, {"layers", 0}}}) {
+  for (const method::Setting& setting :
+       {method::Setting{{"samples", 2}, {"terms", 4}}, {{"terms", 0}, {"layers", 0}}}) {
     EXPECT_THROW(renderer.turn(setting), Error);
     EXPECT_EQ(renderer.describe().identity, identity);
     EXPECT_EQ(renderer.render(scene).color.values, full.values);
@@ -89,7 +89,7 @@ TEST_F(OpacityMapRendererTest, ASettingThatIsRefusedChangesNothing) {
 
 TEST_F(OpacityMapRendererTest, ReportsWhatAFrameTook) {
   OpacityMapRenderer renderer(*folder_ / "maps");
-  const render::FrameReport report = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  const method::FrameReport report = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
   EXPECT_GE(report.counts.at("layers"), 1);
   EXPECT_EQ(report.counts.at("passes"), 2 * report.counts.at("layers") + 1);
   EXPECT_GT(report.counts.at("fragments"), 0);

@@ -36,7 +36,7 @@ TEST_F(OpacityRendererTest, ShowsTheObjectAndItsOutlineFromNewViewpoints) {
   for (const char* name : {"vdtm", "ulr"}) {
     OpacityRenderer renderer(*folder_ / name, {.samples = 2, .order = {}});
     for (const Vec3<double>& direction : {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1)}) {
-      const render::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
+      const method::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_));
       const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, 48);
       const image::Image truth = studio::overBlack(studio::viewSphere(camera, 3), studio::fixedRadiance);
       double squares = 0;

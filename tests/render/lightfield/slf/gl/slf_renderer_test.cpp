@@ -71,7 +71,7 @@ TEST_F(SlfRendererTest, AgreesWithTheReferenceOnAStoredField) {
 
 TEST_F(SlfRendererTest, DescribesItself) {
   const SlfRenderer renderer(*folder_ / "field");
-  const render::Description& description = renderer.describe();
+  const method::Description& description = renderer.describe();
   EXPECT_EQ(description.rig.views.size(), 30u);
   EXPECT_GE(description.counts.at("regions"), 10u);
   EXPECT_GT(description.counts.at("textures"), description.counts.at("regions"));
@@ -84,8 +84,8 @@ TEST_F(SlfRendererTest, DescribesItself) {
 
 TEST_F(SlfRendererTest, ReportsWhatAFrameTook) {
   SlfRenderer renderer(*folder_ / "field");
-  const render::FrameReport first = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
-  const render::FrameReport second = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  const method::FrameReport first = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
+  const method::FrameReport second = renderer.render(sceneFrom({1, 0, 0}, *rest_)).report;
   EXPECT_LT(first.counts.at("passes"), 0.5 * first.counts.at("passes_all"));
   EXPECT_EQ(first.counts.at("texture_misses"), first.counts.at("passes"));
   EXPECT_EQ(second.counts.at("texture_misses"), 0);
@@ -123,7 +123,7 @@ TEST_F(SlfRendererTest, TheKnobGivesThePictureOfARendererWithItsSamples) {
   ASSERT_EQ(renderer.knobs().size(), 1u);
   EXPECT_EQ(renderer.knobs()[0].values, std::vector<double>({4, 2, 1}));
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
-  const render::FrameLayers full = renderer.render(scene);
+  const method::FrameLayers full = renderer.render(scene);
   renderer.turn({{"samples", 2}});
   EXPECT_EQ(renderer.render(scene).color.values, two.render(scene).color.values);
   EXPECT_EQ(renderer.describe().identity, two.describe().identity);

@@ -36,7 +36,7 @@ TEST_F(SphericalRendererTest, ShowsTheObjectFromNewViewpoints) {
   SphericalRenderer renderer(*folder_ / "field");
   for (const Vec3<double>& direction :
        {Vec3<double>(1, 2, 3), Vec3<double>(-3, 0.5, 1), Vec3<double>(0, -1, 0.1)}) {
-    const render::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_), {"depth"});
+    const method::FrameLayers layers = renderer.render(sceneFrom(direction, *rest_), {"depth"});
     const auto camera = studio::cameraFrom<AcquisitionSpace>(direction, 48);
     const image::Image truth = studio::overBlack(studio::viewSphere(camera, 1), studio::fixedRadiance);
     double squares = 0;
@@ -60,7 +60,7 @@ TEST_F(SphericalRendererTest, PixelsDependNeitherOnBudgetsNorOnWhatWasRenderedBe
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
   const image::Image first = large.render(scene).color;
   small.render(sceneFrom({-3, 1, 1}, *rest_));
-  const render::FrameLayers batched = small.render(scene);
+  const method::FrameLayers batched = small.render(scene);
   EXPECT_GT(batched.report.counts.at("passes"), 1);
   EXPECT_EQ(batched.color.values, first.values);
   EXPECT_EQ(large.render(scene).color.values, first.values);
@@ -71,16 +71,16 @@ TEST_F(SphericalRendererTest, KnobsChangeThePixelsAndTheIdentity) {
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
   const image::Image full = renderer.render(scene).color;
   const std::string identity = renderer.describe().identity;
-  for (const knobs::Setting& setting :
-       {knobs::Setting{{"level", 1}}, {{"level", 0.5}}, {{"depth", 0}}, {{"interpolation", 0}}}) {
+  for (const method::Setting& setting :
+       {method::Setting{{"level", 1}}, {{"level", 0.5}}, {{"depth", 0}}, {{"interpolation", 0}}}) {
     renderer.turn(setting);
     EXPECT_NE(renderer.describe().identity, identity);
     EXPECT_NE(renderer.render(scene).color.values, full.values);
   }
   renderer.turn({});
   EXPECT_EQ(renderer.describe().identity, identity);
-  for (const knobs::Setting& setting :
-       {knobs::Setting{{"level", 3}}, {{"level", -1}}, {{"depth", 0.5}}, {{"other", 1}}})
+  for (const method::Setting& setting :
+       {method::Setting{{"level", 3}}, {{"level", -1}}, {{"depth", 0.5}}, {{"other", 1}}})
     EXPECT_THROW(renderer.turn(setting), Error);
 }
 
@@ -89,8 +89,8 @@ TEST_F(SphericalRendererTest, ASettingThatIsRefusedChangesNothing) {
   const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
   const image::Image full = renderer.render(scene).color;
   const std::string identity = renderer.describe().identity;
-  for (const knobs::Setting& setting :
-       {knobs::Setting{{"level", 0}, {"samples", 0}}, {{"depth", 0}, {"interpolation", 2}}}) {
+  for (const method::Setting& setting :
+       {method::Setting{{"level", 0}, {"samples", 0}}, {{"depth", 0}, {"interpolation", 2}}}) {
     EXPECT_THROW(renderer.turn(setting), Error);
     EXPECT_EQ(renderer.describe().identity, identity);
     EXPECT_EQ(renderer.render(scene).color.values, full.values);

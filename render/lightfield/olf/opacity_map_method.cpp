@@ -1,0 +1,230 @@
+#include "render/gl/context.h"
+#include "render/lightfield/common/build_views.h"
+#include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/lfm/codebook_maps.h"
+#include "render/lightfield/lfm/lfm_method.h"
+#include "render/lightfield/lfm/tile.h"
+#include "render/lightfield/olf/opacity_map_build.h"
+#include "render/lightfield/olf/opacity_map_file.h"
+#include "render/lightfield/olf/opacity_map_frame.h"
+#include "render/lightfield/olf/opacity_method.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
+#include "surfel/math/bounds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace surflect::olf {
+
+namespace {
+
+using method::row, method::words, method::wholeRange, method::Setting, method::Option;
+
+// ---------------------------------------------------------------------------------------------------------
+// Building
+
+struct BuildChoice {
+  MapBuildOptions options = {};
+  std::optional<size_t> triangles;
+  std::optional<int> samples;
+  std::optional<double> codebookRatio;
+  bool s3tc = false;
+};
+
+const method::Rows<BuildChoice>& buildRows() {
+  static const method::Rows<BuildChoice> kRows{
+      row<BuildChoice>("hull", [](auto& o) -> auto& { return o.options.mesh.hull; },
+                       {.help = "an opacity hull from the views' alpha, instead of the capture's mesh"}),
+      row<BuildChoice>("triangles", [](auto& o) -> auto& { return o.triangles; },
+                       {.domain = wholeRange(4, 2147483648),
+                        .help = "simplify the mesh to so many, around it; default: as it is"}),
+      row<BuildChoice>("samples", [](auto& o) -> auto& { return o.samples; },
+                       {.domain = wholeRange(2, 256),
+                        .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
+      row<BuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
+                       {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
+                        .help = "cells of a view map along each side"}),
+      row<BuildChoice>(
+          "terms", [](auto& o) -> auto& { return o.options.terms; },
+          {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
+      row<BuildChoice>(
+          "visible", [](auto& o) -> auto& { return o.options.visible; },
+          {.domain = words({"ring", "all"}),
+           .help = "views of a vertex: those that see all triangles around it (ring), or all, hidden or not; "
+                   "default: all for an opacity hull, ring for a mesh"}),
+      row<BuildChoice>("vq", [](auto& o) -> auto& { return o.codebookRatio; },
+                       {.domain = method::Range{1, 1e6},
+                        .help = "vector quantisation: so many maps for each that is stored"}),
+      row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
+                       {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})};
+  return kRows;
+}
+
+method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
+                               const Progress& progress) {
+  const Stopwatch watch;
+  const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
+  MapBuildOptions options = choice.options;
+  options.mesh.triangles = choice.triangles.value_or(0);
+  options.samples = choice.samples.value_or(0);
+  lightfield::Views views = lightfield::viewsOf(input, progress, true);
+  MapBuildReport report;
+  OpacityMaps built = buildMaps(views, options, report, progress);
+  const Stopwatch compression;
+  if (choice.codebookRatio)
+    built.maps = lfm::withCodebooks(built.maps, {.ratio = *choice.codebookRatio, .means = true}, progress);
+  if (choice.s3tc) built.maps = lfm::encoded(std::move(built.maps));
+  report.seconds["compression"] = compression.seconds();
+  writeMaps(built, views.capture(), input.output, progress);
+  const lfm::MapBytes maps = lfm::bytesOf(built.maps);
+  std::vector<double> rms;
+  for (const lfm::FactorError& error : report.errors) rms.push_back(error.rms());
+  const double compressed = lightfield::ratioOf(report.resampledBytes, maps.total());
+  input.say(
+      fmt::format("{} triangles{} of {} samples along an edge, {} vertices with {:.1f} terms on average",
+                  report.triangles, report.isHull ? " of the opacity hull" : "", report.samples,
+                  report.vertices, report.meanTerms));
+  input.say(fmt::format("error of roots before compression: {:.2f} % with no term, {:.2f} % with all",
+                        100 * rms.front(), 100 * rms.back()));
+  input.say(fmt::format("{}: maps of {}, {:.0f} times smaller than the resampled light field; {:.1f} s",
+                        input.output.string(), lightfield::mebibytes(maps.total()), compressed,
+                        watch.seconds()));
+  const auto count = [](auto number) { return static_cast<double>(number); };
+  method::BuildReport result{.counts = {{"triangles", count(report.triangles)},
+                                        {"vertices", count(report.vertices)},
+                                        {"hull", count(report.isHull)},
+                                        {"views", count(report.views)},
+                                        {"samples", report.samples},
+                                        {"white", report.white},
+                                        {"mean_terms", report.meanTerms},
+                                        {"photograph_bytes", count(lightfield::pictureBytes(views))},
+                                        {"resampled_bytes", count(report.resampledBytes)},
+                                        {"compression", compressed},
+                                        {"bytes", count(method::modelBytes(input.output))}},
+                             .lists = {{"rms", rms}},
+                             .seconds = report.seconds};
+  lfm::addMapBytes(maps, result);
+  return result;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Rendering
+
+struct RenderOptions {
+  int samples = lightfield::kSamples;
+  MapFrameOptions frame = {};
+};
+
+const method::Rows<RenderOptions>& renderRows() {
+  const std::pair<std::string, std::vector<method::Value>> peeling{"order", {"peel"}};
+  static const method::Rows<RenderOptions> kRows{
+      lightfield::samplesRow<RenderOptions>(),
+      row<RenderOptions>("order", [](auto& o) -> auto& { return o.frame.order; },
+                         {.domain = words({"list", "peel"}),
+                          .paper = "peel",
+                          .help = "order of depths: a list for each pixel, or depth peeling"}),
+      row<RenderOptions>("terms", [](auto& o) -> auto& { return o.frame.terms; },
+                         {.domain = wholeRange(0, lfm::kMostTerms),
+                          .help = "approximation terms that are added to the mean"}),
+      row<RenderOptions>("passes", [](auto& o) -> auto& { return o.frame.passes; },
+                         {.domain = words({"single", "per_term"}),
+                          .paper = "per_term",
+                          .help = "one pass of a layer for all terms, or one for each",
+                          .needs = peeling}),
+      row<RenderOptions>("layers", [](auto& o) -> auto& { return o.frame.layers; },
+                         {.domain = wholeRange(1, kMostLayers),
+                          .help = "nearest layers of depth that are drawn, at most",
+                          .needs = peeling})};
+  return kRows;
+}
+
+// Open maps and their frames, which belong to the context's thread.
+struct OpenOpacityMaps {
+  lightfield::LightFieldFolder folder;
+  std::shared_ptr<const gl::Context> context;
+  OpacityMapFrame frame;
+  size_t terms = 0; // of the maps
+  RenderOptions options = {};
+
+  void draw(const capture::Camera<AcquisitionSpace>& camera, method::FrameLayers& layers) {
+    FrameCounts counts;
+    layers.color = frame.render(lightfield::sampled(camera, options.samples), options.frame,
+                                layers.report.seconds, counts, options.samples);
+    const auto count = [](size_t number) { return static_cast<double>(number); };
+    layers.report.counts = {
+        {"work.texels", count(counts.fragments) * count(1 + options.frame.terms.value_or(terms))},
+        {"work.pixels", lightfield::samplesOf(camera, options.samples)},
+        {"passes", count(counts.passes)},
+        {"layers", count(counts.layers)},
+        {"fragments", count(counts.fragments)},
+        {"texture_bytes", count(frame.drawing().maps().bytes())}};
+  }
+};
+
+std::vector<Option> rowsOf(size_t terms, bool isPeeled) {
+  std::vector<Option> rows = method::optionsOf(renderRows());
+  for (Option& option : rows) {
+    if (option.name == "terms") {
+      option.domain = wholeRange(0, static_cast<double>(terms));
+      option.standard = terms;
+      for (size_t k = terms + 1; k-- > 0;) option.sweep.emplace_back(k);
+    }
+    if (option.name == "layers" && isPeeled) option.sweep = {kMostLayers, 8, 4, 3, 2, 1};
+  }
+  return rows;
+}
+
+std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const Setting& setting,
+                                       const Progress& progress) {
+  auto context = gl::contextOfThread();
+  lightfield::LightFieldFolder folder(path, kMapFormat, kMapVersion, progress);
+  const OpacityMaps maps = readMaps(folder, progress);
+  const size_t terms = maps.maps.terms.size();
+  OpacityMapFrame frame(maps, context->describe().limits);
+  const auto open = std::make_shared<OpenOpacityMaps>(
+      OpenOpacityMaps{std::move(folder), std::move(context), std::move(frame), terms});
+  const auto& positions = open->folder.mesh().positions;
+  const bool isPeeled = setting.contains("order") && setting.at("order") == method::Value("peel");
+  return std::make_unique<lightfield::LightFieldRenderer>(
+      lightfield::LightFieldRenderer::Parts{
+          .description = {.method = olfmMethod().tag,
+                          .folder = path,
+                          .identity = fmt::format("opacity light field maps {} {}",
+                                                  hex(open->folder.identity()), open->context->driver()),
+                          .counts = {{"terms", terms},
+                                     {"triangles", maps.maps.mesh.triangles.size()},
+                                     {"map_bytes", lfm::bytesOf(maps.maps).total()},
+                                     {"texture_bytes", open->frame.drawing().maps().bytes()},
+                                     {"auxiliary_bytes", open->frame.drawing().mesh().bytes()}},
+                          .rig = open->folder.rig(),
+                          .middle = middleOf(positions),
+                          .points = positions},
+          .options = rowsOf(terms, isPeeled),
+          .configure =
+              [open](const Setting& chosen) {
+                open->options = method::applied(RenderOptions{}, renderRows(), chosen);
+              },
+          .draw = [open](const auto& camera, const auto&, const Progress&,
+                         auto& layers) { open->draw(camera, layers); }},
+      setting);
+}
+
+} // namespace
+
+const method::Method& olfmMethod() {
+  static const method::Method kMethod{.tag = "olfm",
+                                      .title =
+                                          "opacity light field maps: light field maps of colour and alpha",
+                                      .paper = "Vlasic et al. 2003, §6",
+                                      .format = kMapFormat,
+                                      .buildOptions = method::optionsOf(buildRows()),
+                                      .renderOptions = method::optionsOf(renderRows()),
+                                      .build = buildModel,
+                                      .open = open};
+  return kMethod;
+}
+
+} // namespace surflect::olf

@@ -1,0 +1,219 @@
+#include "render/lightfield/olf/opacity_method.h"
+
+#include "render/gl/context.h"
+#include "render/lightfield/common/build_views.h"
+#include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/olf/build.h"
+#include "render/lightfield/olf/opacity_file.h"
+#include "render/lightfield/olf/opacity_frame.h"
+#include "surfel/base/hash.h"
+#include "surfel/base/stopwatch.h"
+#include "surfel/math/bounds.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace surflect::olf {
+
+namespace {
+
+using method::row, method::words, method::wholeRange, method::Setting, method::Option;
+
+// ---------------------------------------------------------------------------------------------------------
+// Building
+
+struct BuildChoice {
+  BuildOptions options = {};
+  std::optional<size_t> triangles;
+  size_t budgetMb = 1024;
+};
+
+method::Rows<BuildChoice> buildRows(Method method) {
+  method::Rows<BuildChoice> rows{
+      row<BuildChoice>("hull", [](auto& o) -> auto& { return o.options.hull; },
+                       {.help = "an opacity hull from the views' alpha, instead of the capture's mesh"}),
+      row<BuildChoice>("triangles", [](auto& o) -> auto& { return o.triangles; },
+                       {.domain = wholeRange(4, 2147483648),
+                        .help = "simplify the mesh to so many, around it; default: as it is"}),
+      row<BuildChoice>(
+          "visible", [](auto& o) -> auto& { return o.options.visible; },
+          {.domain = words({"ring", "all"}),
+           .help = "views of a vertex: those that see all triangles around it (ring), or all, hidden or not; "
+                   "default: all for an opacity hull, ring for a mesh"}),
+      row<BuildChoice>(
+          "budget_mb", [](auto& o) -> auto& { return o.budgetMb; },
+          {.domain = wholeRange(1, 1 << 20), .help = "MiB of the views; larger ones are scaled down"})};
+  if (method == Method::vdtm)
+    rows.push_back(row<BuildChoice>(
+        "domain", [](auto& o) -> auto& { return o.options.domain; },
+        {.domain = words({"sphere", "plane"}),
+         .paper = "plane",
+         .help = "triangulate directions on the sphere, or projected onto the tangent plane"}));
+  return rows;
+}
+
+method::BuildReport buildModel(Method method, const method::BuildInput& input, const Setting& setting,
+                               const Progress& progress) {
+  const Stopwatch watch;
+  const BuildChoice choice = method::applied(BuildChoice{}, buildRows(method), setting);
+  BuildOptions options = choice.options;
+  options.method = method;
+  options.triangles = choice.triangles.value_or(0);
+  options.budget = choice.budgetMb << 20;
+  lightfield::Views views = lightfield::viewsOf(input, progress, true);
+  const BuildReport report = build(views, options, input.output, progress);
+  if (report.unseenVertices > 0)
+    input.say(fmt::format("{} of {} vertices are seen by no view: they blend the views that face them",
+                          report.unseenVertices, report.vertices));
+  if (report.scale < 1)
+    input.say(fmt::format("views are scaled to {:.0f} % of their width to stay within --budget-mb",
+                          100 * report.scale));
+  input.say(
+      fmt::format("{}: {} triangles{}, {} views of {} x {} texels, {:.0f} for each vertex, {}; {:.1f} s",
+                  input.output.string(), report.triangles, report.isHull ? " of the opacity hull" : "",
+                  report.views, report.width, report.height, report.visibleViews,
+                  lightfield::mebibytes(report.bytes), watch.seconds()));
+  const auto count = [](auto number) { return static_cast<double>(number); };
+  return {.counts = {{"triangles", count(report.triangles)},
+                     {"vertices", count(report.vertices)},
+                     {"hull", count(report.isHull)},
+                     {"views", count(report.views)},
+                     {"unseen_vertices", count(report.unseenVertices)},
+                     {"visible_views", report.visibleViews},
+                     {"view_width", report.width},
+                     {"view_height", report.height},
+                     {"scale", report.scale},
+                     {"picture_bytes", count(report.pictureBytes)},
+                     {"packed_bytes", count(report.packedBytes)},
+                     {"bytes", count(report.bytes)}},
+          .lists = {},
+          .seconds = report.seconds};
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Rendering
+
+struct RenderOptions {
+  int samples = lightfield::kSamples;
+  Order order = Order::list;
+  size_t bspTrees = 8;
+};
+
+const method::Rows<RenderOptions>& renderRows() {
+  static const method::Rows<RenderOptions> kRows{
+      lightfield::samplesRow<RenderOptions>(),
+      row<RenderOptions>(
+          "order", [](auto& o) -> auto& { return o.order; },
+          {.domain = words({"list", "peel", "bsp"}),
+           .paper = "bsp",
+           .help = "order of depths: a list for each pixel, depth peeling, or triangles sorted by a BSP tree",
+           .atOpening = true}),
+      row<RenderOptions>("bsp_trees", [](auto& o) -> auto& { return o.bspTrees; },
+                         {.domain = wholeRange(1, kMostTrees),
+                          .help = "random insertions of which the smallest BSP tree is used",
+                          .needs = {{"order", {"bsp"}}},
+                          .atOpening = true})};
+  return kRows;
+}
+
+// An open field and its frames, which belong to the context's thread.
+struct OpenOpacity {
+  lightfield::LightFieldFolder folder;
+  OpacityField field;
+  std::optional<const ViewBlender> blender;
+  std::shared_ptr<const gl::Context> context = gl::contextOfThread();
+  std::optional<OpacityFrame> frame;
+  RenderOptions options = {};
+
+  OpenOpacity(const std::filesystem::path& path, const RenderOptions& given, const Progress& progress)
+      : folder(path, kFormat, kVersion, progress), field(readField(folder, progress)) {
+    field.bspTrees = given.bspTrees;
+    blender.emplace(field, progress);
+    frame.emplace(field, given.order, progress);
+    field.packed.texels = {}; // the driver has them now
+  }
+
+  std::map<std::string, size_t> counts() const {
+    std::map<std::string, size_t> counts = {{"views", field.cameras.size()},
+                                            {"triangles", field.mesh.triangles.size()},
+                                            {"pieces", frame->pieces()},
+                                            {"texture_bytes", frame->textureBytes()}};
+    size_t auxiliary = 0;
+    for (const auto& parts : {blender->bytes(), frame->auxiliaryBytes()})
+      for (const auto& [part, bytes] : parts) {
+        counts[part] = bytes;
+        auxiliary += bytes;
+      }
+    counts["auxiliary_bytes"] = auxiliary;
+    return counts;
+  }
+
+  void draw(const capture::Camera<AcquisitionSpace>& camera, method::FrameLayers& layers) {
+    std::map<std::string, double>& seconds = layers.report.seconds;
+    const std::vector<TriangleBlend> blends = blender->blends(camera.center().raw(), &seconds);
+    FrameCounts counts;
+    layers.color =
+        frame->render(lightfield::sampled(camera, options.samples), blends, seconds, counts, options.samples);
+    layers.report.counts = {{"work.pixels", lightfield::samplesOf(camera, options.samples)},
+                            {"passes", static_cast<double>(counts.passes)},
+                            {"fragments", static_cast<double>(counts.fragments)},
+                            {"pieces", static_cast<double>(frame->pieces())},
+                            {"texture_bytes", static_cast<double>(frame->textureBytes())}};
+  }
+};
+
+std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const Setting& setting,
+                                       const Progress& progress) {
+  const RenderOptions given = method::applied(RenderOptions{}, renderRows(), setting);
+  const auto opacity = std::make_shared<OpenOpacity>(path, given, progress);
+  const auto& positions = opacity->folder.mesh().positions;
+  return std::make_unique<lightfield::LightFieldRenderer>(
+      lightfield::LightFieldRenderer::Parts{
+          .description = {.method = (opacity->field.method == Method::vdtm ? vdtmMethod() : ulrMethod()).tag,
+                          .folder = path,
+                          .identity = fmt::format("opacity light field {} order {} {}",
+                                                  hex(opacity->folder.identity()), nameOf(given.order),
+                                                  opacity->context->driver()),
+                          .counts = opacity->counts(),
+                          .rig = opacity->folder.rig(),
+                          .middle = middleOf(positions),
+                          .points = positions},
+          .options = method::optionsOf(renderRows()),
+          .configure =
+              [opacity](const Setting& chosen) {
+                opacity->options = method::applied(RenderOptions{}, renderRows(), chosen);
+              },
+          .draw = [opacity](const auto& camera, const auto&, const Progress&,
+                            auto& layers) { opacity->draw(camera, layers); }},
+      setting);
+}
+
+method::Method methodOf(Method method) {
+  const bool isVdtm = method == Method::vdtm;
+  return {
+      .tag = isVdtm ? "vdtm" : "ulr",
+      .title = isVdtm ? "opacity light field by view-dependent texture mapping"
+                      : "opacity light field by unstructured lumigraph rendering",
+      .paper = isVdtm ? "Vlasic et al. 2003, §4" : "Vlasic et al. 2003, §5",
+      .format = kFormat,
+      .buildOptions = method::optionsOf(buildRows(method)),
+      .renderOptions = method::optionsOf(renderRows()),
+      .build = [method](const method::BuildInput& input, const Setting& setting,
+                        const Progress& progress) { return buildModel(method, input, setting, progress); },
+      .open = open};
+}
+
+} // namespace
+
+const method::Method& vdtmMethod() {
+  static const method::Method kMethod = methodOf(Method::vdtm);
+  return kMethod;
+}
+
+const method::Method& ulrMethod() {
+  static const method::Method kMethod = methodOf(Method::ulr);
+  return kMethod;
+}
+
+} // namespace surflect::olf

@@ -1,0 +1,158 @@
+#include "render/method/option.h"
+
+#include "surfel/base/error.h"
+#include "surfel/base/nearest_name.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace surflect::method {
+
+double Value::number() const {
+  const double* number = std::get_if<double>(&value_);
+  return number ? *number : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string Value::text() const {
+  return isNumber() ? fmt::format("{}", number()) : std::get<std::string>(value_);
+}
+
+bool Option::isSwitch() const {
+  const auto* choices = std::get_if<std::vector<Value>>(&domain);
+  return choices && *choices == std::vector<Value>{kOn, kOff};
+}
+
+std::string flagOf(std::string_view name) {
+  std::string flag = "--" + std::string(name);
+  std::ranges::replace(flag, '_', '-');
+  return flag;
+}
+
+std::string domainText(const Option& option) {
+  if (const auto* range = std::get_if<Range>(&option.domain))
+    return fmt::format("{:.8g}..{:.8g}{}", range->least, range->most, range->isWhole ? ", whole" : "");
+  const auto& choices = std::get<std::vector<Value>>(option.domain);
+  std::string text;
+  for (size_t i = 0; i < choices.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < choices.size() ? ", " : " or ") + choices[i].text();
+  return text;
+}
+
+namespace {
+
+// Name of the option that a flag or a name means: "--surfel-size" and "surfel_size" are one.
+std::string nameOf(std::string_view text) {
+  std::string name(text.substr(std::min(text.find_first_not_of('-'), text.size())));
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
+bool isIn(const Option& option, const Value& value) {
+  if (const auto* choices = std::get_if<std::vector<Value>>(&option.domain))
+    return std::ranges::find(*choices, value) != choices->end();
+  const Range& range = std::get<Range>(option.domain);
+  const double number = value.number(); // NaN is in no range
+  return number >= range.least && number <= range.most && (!range.isWhole || number == std::floor(number));
+}
+
+void requireValue(const Option& option, const Value& value) {
+  if (!isIn(option, value)) throw Error::mismatch(domainText(option), value.text()).at(flagOf(option.name));
+}
+
+} // namespace
+
+const Option& rowOf(const Options& options, std::string_view name) {
+  const std::string wanted = nameOf(name);
+  const auto found = std::ranges::find(options.rows, wanted, &Option::name);
+  if (found != options.rows.end()) return *found;
+  std::vector<std::string_view> known;
+  for (const Option& row : options.rows) known.push_back(row.name);
+  const std::string_view nearest = nearestName(wanted, known);
+  throw Error(fmt::format("{} has no option {}{}", options.method, flagOf(wanted),
+                          nearest.empty() ? "" : fmt::format("; did you mean {}?", flagOf(nearest))));
+}
+
+Value parseValue(const Option& option, std::string_view text) {
+  double number = 0;
+  const auto [stop, status] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool isNumber = status == std::errc() && stop == text.data() + text.size();
+  const Value value = isNumber ? Value(number) : Value(std::string(text));
+  requireValue(option, value);
+  return value;
+}
+
+void requireSetting(const Options& options, const Setting& setting) {
+  for (const auto& [name, value] : setting) requireValue(rowOf(options, name), value);
+  const Setting all = withDefaults(options.rows, setting);
+  for (const auto& [name, value] : setting) {
+    const Option& row = rowOf(options, name);
+    if (!row.needs) continue;
+    const auto& [needed, values] = *row.needs;
+    const auto found = all.find(needed);
+    if (found == all.end() || std::ranges::find(values, found->second) != values.end()) continue;
+    std::vector<std::string> words;
+    for (const Value& each : values) words.push_back(each.text());
+    throw Error(fmt::format("has an effect only with {} {}, found {}", flagOf(needed),
+                            fmt::join(words, " or "), found->second.text()))
+        .at(flagOf(name));
+  }
+}
+
+Setting withDefaults(std::span<const Option> rows, Setting setting) {
+  for (const Option& row : rows)
+    if (row.standard) setting.try_emplace(row.name, *row.standard);
+  return setting;
+}
+
+Setting withoutDefaults(std::span<const Option> rows, Setting setting) {
+  for (const Option& row : rows) {
+    const auto found = setting.find(row.name);
+    if (found != setting.end() && found->second == row.standard) setting.erase(found);
+  }
+  return setting;
+}
+
+Setting forFrames(std::span<const Option> rows, Setting setting) {
+  for (const Option& row : rows)
+    if (row.atOpening) setting.erase(row.name);
+  return setting;
+}
+
+std::string textOf(const Setting& setting) {
+  std::string text;
+  for (const auto& [name, value] : setting)
+    text += fmt::format("{}{}={}", text.empty() ? "" : " ", name, value.text());
+  return text.empty() ? "full" : text;
+}
+
+Setting settingOf(Preset preset, std::span<const Option> rows) {
+  Setting setting;
+  for (const Option& row : rows) {
+    const std::optional<Value>& value = preset == Preset::paper     ? row.paper
+                                        : preset == Preset::preview ? row.preview
+                                                                    : std::nullopt;
+    if (value) setting.emplace(row.name, *value);
+  }
+  return setting;
+}
+
+Sweep parseSweep(const Options& options, std::string_view text) {
+  const size_t equals = text.find('=');
+  if (equals == 0 || equals == std::string_view::npos || equals + 1 == text.size())
+    throw Error::mismatch("NAME=VALUE, or NAME=V1,V2,..", fmt::format("'{}'", text)).at("--sweep");
+  const Option& row = rowOf(options, text.substr(0, equals));
+  Sweep sweep{row.name, {}};
+  for (std::string_view rest = text.substr(equals + 1);;) {
+    const size_t comma = rest.find(',');
+    sweep.values.push_back(parseValue(row, rest.substr(0, comma)));
+    if (comma == std::string_view::npos) return sweep;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
+} // namespace surflect::method

@@ -1,0 +1,77 @@
+// A renderer: an open model of one method, and the pictures of it.
+//
+// Programs know renderers by this interface alone; openRenderer() (render/methods.h) makes them.
+#pragma once
+
+#include "render/method/frame_layers.h"
+#include "render/method/option.h"
+#include "render/scene/scene.h"
+#include "srf/capture/capture.h"
+#include "surfel/base/progress.h"
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace surflect::method {
+
+struct Description {
+  std::string method;                      // tag of the method: "slf"
+  std::filesystem::path folder;            // of the model
+  std::string identity;                    // names the model's content and all options that determine pixels
+  std::map<std::string, size_t> counts;    // size of the model by name: "surfels"
+  capture::Capture rig;                    // captured cameras and lights, and the origin of the model
+  Point3<AcquisitionSpace, double> middle; // of the box around the object at rest
+  std::span<const Point3<AcquisitionSpace>> points; // on the object at rest; live as long as the renderer
+  std::vector<std::string> aovs;                    // that frames can have (script.h: aovNames)
+  bool isBaked = false;                             // light and shape are those of the photographs
+};
+
+struct EnvironmentReport {
+  size_t lights = 0;      // that stand for the map; 0: the map is used as it is
+  size_t keyLights = 0;   // among them, whose photographs are weighted by camera-light pairs
+  bool tabulated = false; // whether weights of captured lights are looked up in a table
+  double seconds = 0;
+};
+
+class Renderer {
+public:
+  virtual ~Renderer() = default;
+
+  virtual const Description& describe() const = 0;
+  // Options that frames of this model can have: as in Method::renderOptions, with the model's own defaults.
+  virtual std::span<const Option> options() const = 0;
+
+  // Sets all options for the frames that follow, and with them the identity; those that are not named have
+  // their defaults. Throws Error as requireSetting() does, and for Option::atOpening; the options then stay
+  // as they were.
+  void set(const Setting& setting);
+
+  // Renders one frame: colour, and the named AOVs. Equal scenes have equal bits, whatever was rendered before
+  // and for any number of threads. Layers that are no longer needed may be given as memory. One call at a
+  // time. Throws Error where a file of the model cannot be read, and Cancelled.
+  virtual FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
+                             const Progress& progress = {}, FrameLayers memory = {}) = 0;
+
+  // Prepares an environment, which render() would otherwise do when it first meets the environment. Throws
+  // Cancelled.
+  virtual EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress& = {}) { return {}; }
+
+  // Lets the renderer choose its own level of detail from frame to frame, so that a frame takes at most so
+  // many seconds; none: no longer. Returns false, and does nothing, if the method has no such control.
+  virtual bool keepBudget(std::optional<double> /*seconds*/) { return false; }
+
+private:
+  // Takes a setting that has passed requireSetting(). An option that it does not name has its default.
+  virtual void configure(const Setting& setting) = 0;
+};
+
+// The options of a renderer, for messages.
+inline Options optionsOf(const Renderer& renderer) {
+  return {renderer.describe().method, renderer.options()};
+}
+
+} // namespace surflect::method

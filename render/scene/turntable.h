@@ -1,0 +1,24 @@
+// A script for a model without one: the camera goes once round the object.
+#pragma once
+
+#include "srf/capture/capture.h"
+
+#include <span>
+#include <string>
+
+namespace surflect::scene {
+
+struct TurntableObject {
+  std::string model; // as the script names it
+  const capture::Capture& rig;
+  std::span<const Point3<AcquisitionSpace>> points; // on the object; not empty
+  bool isBaked = false;                             // has its light: the script gives none
+};
+
+// Text of a TOML script of 48 frames, commented. Up is the mean of the captured cameras' ups; the field of
+// view, which holds the object, and the height above it are theirs, too. Lights, unless they are baked in,
+// are three lamps among the captured lights' directions, which a white surface in the middle reflects as
+// white.
+std::string turntableScript(const TurntableObject& object);
+
+} // namespace surflect::scene
