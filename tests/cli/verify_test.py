@@ -24,7 +24,7 @@ class Verify(TestInFolder):
         self.assertEqual([frame["frame"] for frame in report["frames"]], [1, 2, 3])
         self.assertEqual(len(report["photographs"]), 4)
         names = [check["name"] for check in report["model"]]
-        page = (ROOT / "docs" / "verify.md").read_text()
+        page = (ROOT / "docs" / "stability.md").read_text()
         for check in report["model"] + report["exactness"] + report["frames"][0]["checks"]:
             self.assertIn(f"| `{check['name']}` |", page)
         self.assertIn("block_error", names)

@@ -1,4 +1,4 @@
-"""Runs the failure atlas, and compares its entries with those of docs/stability.md.
+"""Runs the failure atlas, and compares its entries with those of docs/results/stability.md.
 
     atlas_test.py STABILITY PAGE
 

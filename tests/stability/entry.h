@@ -1,5 +1,5 @@
 // Entry of the failure atlas: an input at which a method fails, and one figure of it for the naive form and
-// for ours. The program `stability` tests all entries and writes the tables of docs/stability.md.
+// for ours. The program `stability` tests all entries and writes the tables of docs/results/stability.md.
 #pragma once
 
 #include "srf/image/image.h"

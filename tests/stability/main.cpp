@@ -1,7 +1,7 @@
 // The failure atlas: measures every entry, and exits with 1 if one of ours exceeds its bound.
 //
 //   stability              one line an entry
-//   stability --markdown   the tables of docs/stability.md, which scripts/stability puts there
+//   stability --markdown   the tables of docs/results/stability.md, which scripts/stability puts there
 //   stability --pictures FOLDER
 //                          NAME-naive.exr, NAME-ours.exr and NAME-truth.exr of entries that have pictures,
 //                          and their names on stdout

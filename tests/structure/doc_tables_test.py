@@ -46,7 +46,8 @@ class DocTables(unittest.TestCase):
     def test_summaries_are_those_of_the_complete_tables(self):
         for name in ("docs", "scripts"):
             shutil.copytree(ROOT / name, self.folder / name)
-        for command in (["accuracy", "summaries"], ["opacity", "summaries"], ["light_fields", "--only", "summaries"]):
+        for command in (["accuracy", "summaries"], ["opacity", "summaries"], ["light_fields", "--only", "summaries"],
+                        ["stability", "--summaries"]):
             subprocess.run([sys.executable, "-B", self.folder / "scripts" / command[0], *command[1:]], check=True)
         for page in sorted((ROOT / "docs").glob("*.md")):
             with self.subTest(page=page.name):
