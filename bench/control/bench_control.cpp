@@ -1,7 +1,7 @@
-// Checks the controller of --tolerance on films, and prints the tables of docs/quality.md: what each knob
-// does alone, how often the true error of a frame is within the tolerance, and how the time of the chosen
-// setting compares with the fastest setting that is within it, found by a sweep over many settings in some
-// frames.
+// Checks the controller of --tolerance on films, and prints the tables of docs/results/control.md: what each
+// knob does alone, how often the true error of a frame is within the tolerance, and how the time of the
+// chosen setting compares with the fastest setting that is within it, found by a sweep over many settings in
+// some frames.
 #include "render/control/controller.h"
 #include "render/control/knob_effects.h"
 #include "render/control/relative_error.h"
@@ -277,8 +277,9 @@ void print(const KnobTable& table, const std::vector<std::string>& films) {
 int main(int argc, char** argv) {
   using namespace surflect::bench;
   Arguments arguments;
-  CLI::App app("Checks the controller of --tolerance on films, and prints the tables of docs/quality.md.",
-               "bench_control");
+  CLI::App app(
+      "Checks the controller of --tolerance on films, and prints the tables of docs/results/control.md.",
+      "bench_control");
   app.add_option("scripts", arguments.scripts, "scripts in model coordinates")->capture_default_str();
   app.add_option("--tolerances", arguments.tolerances)
       ->delimiter(',')
