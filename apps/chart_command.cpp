@@ -144,6 +144,11 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
           "values of an option, with every value of the others that are swept; default: every option "
           "alone, the preview, and a greedy descent")
       ->allow_extra_args(false)
+      ->check([](const std::string& text) {
+        const size_t equals = text.find('=');
+        const bool isWhole = equals > 0 && equals != std::string::npos && equals + 1 < text.size();
+        return isWhole ? "" : "found '" + text + "', expected NAME=V1,V2,..";
+      })
       ->option_text("NAME=V1,V2,.. ...");
   command->add_flag("--only", arguments->options.onlyGiven,
                     "the given values alone; without --sweep, full accuracy alone");

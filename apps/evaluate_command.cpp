@@ -16,6 +16,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace surflect {
 
@@ -142,9 +143,11 @@ void sayComparison(const Json& rows) {
 }
 
 // Scores of one model.
+// `photographs` returns the capture, once the model is open.
 Json evaluated(const EvaluateArguments& arguments, const std::string& model, const method::Setting& setting,
-               const capture::Capture& capture, const Progress& progress) {
+               const std::function<const capture::Capture&()>& photographs, const Progress& progress) {
   TimedRenderer timed(method::openRenderer(model, setting, progress));
+  const capture::Capture& capture = photographs();
   method::Renderer* const renderer = &timed;
   evaluation::EvaluateOptions options;
   warp::WarpPointer warp = warp::chainWarp({});
@@ -222,11 +225,14 @@ Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
   std::vector<const method::Method*> methods;
   for (const std::string& model : arguments.models) methods.push_back(&method::methodOfModel(model));
   const std::map<std::string, method::Setting> settings = arguments.options.settingsFor(methods);
-  const capture::Capture capture = arguments.capture.read();
+  std::optional<capture::Capture> capture;
+  const auto photographs = [&]() -> const capture::Capture& {
+    return capture ? *capture : capture.emplace(arguments.capture.read());
+  };
   Json reports = Json::array();
   for (size_t i = 0; i < methods.size(); ++i)
     reports.push_back(
-        evaluated(arguments, arguments.models[i], settings.at(methods[i]->tag), capture, progress));
+        evaluated(arguments, arguments.models[i], settings.at(methods[i]->tag), photographs, progress));
   if (reports.size() == 1) return reports.front();
   sayComparison(reports);
   return {{"capture", arguments.capture.path}, {"split", arguments.split}, {"models", std::move(reports)}};

@@ -94,8 +94,10 @@ Json describe(const method::Renderer& renderer) {
 
 // Whether a folder holds a model other than surfels.
 bool isLightField(const std::filesystem::path& folder) {
-  return std::filesystem::exists(folder / model::kManifestFile) && !model::formatOf(folder).empty() &&
-         model::formatOf(folder) != model::kSurfelFormat;
+  std::error_code failure;
+  if (!std::filesystem::exists(folder / model::kManifestFile, failure)) return false;
+  const std::string format = model::formatOf(folder);
+  return !format.empty() && format != model::kSurfelFormat;
 }
 
 Json runInspect(const InspectArguments& arguments, const Progress& progress) {

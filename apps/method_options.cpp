@@ -14,6 +14,17 @@ using method::Method, method::Option, method::Setting, method::Value;
 
 namespace {
 
+// --help lists the options of one method at a time, in its footer.
+constexpr const char* kMethodGroup = "Options of methods";
+
+class Formatter : public CLI::Formatter {
+public:
+  std::string make_group(std::string group, bool isPositional,
+                         std::vector<const CLI::Option*> options) const override {
+    return group == kMethodGroup ? "" : CLI::Formatter::make_group(group, isPositional, options);
+  }
+};
+
 // Whether the flag alone switches the option on.
 bool isPlainFlag(const Option& option) { return option.isSwitch() && option.standard == Value(method::kOff); }
 
@@ -94,6 +105,7 @@ void MethodOptions::add(CLI::App& command, Kind kind, std::function<const Method
   for (const Method& method : method::methods())
     for (const Option& option : rowsOf(method))
       if (!command.get_option_no_throw(method::flagOf(option.name))) addFlag(command, option);
+  command.formatter(std::make_shared<Formatter>());
   const std::string name = command.get_name();
   command.footer([this, name, shown] {
     std::string text;
@@ -125,19 +137,34 @@ std::vector<CLI::Option*> MethodOptions::add(CLI::App& command, const Method& me
   return flags;
 }
 
-// In no group: --help lists the options of one method at a time.
 std::vector<CLI::Option*> MethodOptions::addFlag(CLI::App& command, const Option& option) {
   const std::string flag = method::flagOf(option.name), name = option.name;
   if (isPlainFlag(option))
     return {command
                 .add_flag_callback(
                     flag, [this, name] { given_[name] = method::kOn; }, option.help)
-                ->group("")};
+                ->group(kMethodGroup)};
   return {command
               .add_option_function<std::string>(
                   flag, [this, name](const std::string& text) { given_[name] = text; }, option.help)
+              ->check([this, name](const std::string& text) { return problemOf(name, text); })
               ->option_text(valueName(option))
-              ->group("")};
+              ->group(kMethodGroup)};
+}
+
+std::string MethodOptions::problemOf(const std::string& name, const std::string& text) const {
+  std::string problem;
+  for (const Method& method : method::methods())
+    for (const Option& option : rowsOf(method)) {
+      if (option.name != name) continue;
+      try {
+        method::parseValue(option, text);
+        return "";
+      } catch (const Error&) {
+        problem = fmt::format("found {}, expected {}", text, method::domainText(option));
+      }
+    }
+  return problem;
 }
 
 std::span<const Option> MethodOptions::rowsOf(const Method& method) const {
@@ -169,6 +196,7 @@ std::map<std::string, Setting> MethodOptions::settingsFor(std::span<const Method
       }
       setting.merge(presetOf(*method)); // given values win
       method::requireSetting(options, setting);
+      if (kind_ == Kind::build && method->checkBuild) method->checkBuild(setting);
       settings[method->tag] = std::move(setting);
     }
     for (const auto& [name, text] : given_)

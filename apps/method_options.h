@@ -41,6 +41,8 @@ public:
 
 private:
   std::vector<CLI::Option*> addFlag(CLI::App& command, const method::Option& option);
+  // What is wrong with a value for every method that has the option; empty if one of them takes it.
+  std::string problemOf(const std::string& name, const std::string& text) const;
   std::span<const method::Option> rowsOf(const method::Method& method) const;
   method::Setting presetOf(const method::Method& method) const;
 

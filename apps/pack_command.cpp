@@ -27,7 +27,20 @@ struct PackArguments {
   FixedLight light;
   MethodOptions options;
   bool force = false;
+
+  bool isStage() const { return std::filesystem::path(capture.path).extension() == ".toml"; }
 };
+
+// Throws UsageError for arguments that do not go together.
+void requireMatching(const PackArguments& arguments, const method::Setting& setting) {
+  if (arguments.isStage() &&
+      (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
+    throw UsageError(Error(
+        "--mesh, --nearest, --lights and --environment are for photographs, which a stage file does not "
+        "have"));
+  if (!arguments.isStage() && !arguments.stageScale.empty())
+    throw UsageError(Error("is for a stage file, FILE.toml").at("--scale"));
+}
 
 // A capture whose checks stop `pack` before anything is written, if they find errors.
 class CheckedSource : public model::CaptureSource {
@@ -91,7 +104,7 @@ Json packSurfels(const PackArguments& arguments, const method::Setting& setting,
 // kept in the model's folder.
 std::filesystem::path viewsOf(const PackArguments& arguments, const method::Method& method, Json& json,
                               const Progress& progress) {
-  if (std::filesystem::path(arguments.capture.path).extension() == ".toml") return arguments.capture.path;
+  if (arguments.isStage()) return arguments.capture.path;
   const capture::Capture capture = capture::readCapture(arguments.capture.path, arguments.capture.outside);
   if (!arguments.light.isGiven()) {
     if (capture.lights.size() > 1)
@@ -110,6 +123,7 @@ std::filesystem::path viewsOf(const PackArguments& arguments, const method::Meth
 Json runPack(const PackArguments& arguments, const Progress& progress) {
   const method::Method& method = method::methodOf(arguments.method);
   const method::Setting setting = arguments.options.settingFor(method);
+  requireMatching(arguments, setting);
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
   if (!method.build) {
     json.update(packSurfels(arguments, setting, progress));

@@ -29,9 +29,6 @@ Method tracing(Method method) {
   method.build = [views = method.build](const BuildInput& input, const Setting& setting,
                                         const Progress& progress) {
     if (input.source.extension() != ".toml") return views(input, setting, progress);
-    if (!input.mesh.empty() || setting.contains("nearest"))
-      throw Error("--mesh and --nearest are for photographs, which a stage file does not have")
-          .in(input.source);
     const Stopwatch watch;
     requireCreatable(input.output);
     lightfield::requireLightFieldFolder(input.output);

@@ -55,9 +55,11 @@ std::vector<Option> swept(const std::vector<Option>& all, const ChartOptions& op
   std::vector<Option> chosen;
   for (const method::Sweep& asked : options.sweep) {
     Option knob = method::rowOf({"this model", all}, asked.name);
-    if (!knob.standard) throw Error("has no default to compare with").at(method::flagOf(asked.name));
+    if (!knob.standard && knob.sweep.empty())
+      throw Error("has no default to compare with").at(method::flagOf(asked.name));
+    const Value full = knob.standard ? *knob.standard : knob.sweep.front();
     knob.sweep.clear();
-    if (withFull) knob.sweep.push_back(*knob.standard);
+    if (withFull) knob.sweep.push_back(full);
     for (const Value& value : asked.values)
       if (std::ranges::find(knob.sweep, value) == knob.sweep.end()) knob.sweep.push_back(value);
     chosen.push_back(std::move(knob));

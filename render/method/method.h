@@ -42,6 +42,8 @@ struct Method {
   std::string format;  // "format" of manifest.json; methods that are read alike share one
   bool isBaked = true; // needs views under fixed light
   std::vector<Option> buildOptions, renderOptions;
+  // Throws Error for build options that do not go together; or none.
+  std::function<void(const Setting&)> checkBuild = {};
   // Builds the folder of a model. The setting has passed requireSetting(); an option that it does not name
   // has its default. Throws Error and Cancelled. None for surfels, which model::pack makes.
   std::function<BuildReport(const BuildInput&, const Setting&, const Progress&)> build;

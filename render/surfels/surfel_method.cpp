@@ -160,7 +160,11 @@ std::vector<Option> rowsOf(const shading::ReflectanceField& field, const shading
       shading::interpolationOf(field, shade) == shading::Interpolation::kriging)
     rowOf(kInterpolation).sweep = words({"kriging", "separate"});
   if (isProduct) rowOf("cameras").sweep = downToOne(shade.cameras);
-  if (isProduct && isLit) rowOf("lights").sweep = downToOne(shading::lightBlend(field, shade).lights);
+  if (isProduct && isLit) {
+    const size_t lights = shading::lightBlend(field, shade).lights;
+    rowOf("lights").standard = lights;
+    rowOf("lights").sweep = downToOne(lights);
+  }
   if (!shading::hasSeparateWeights(field, shade))
     rowOf("pairs").sweep = downToOne(shading::pairCount(field, shade));
   if (!isLit) rowOf("environment_error").sweep.clear();

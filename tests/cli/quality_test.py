@@ -1,4 +1,4 @@
-"""`surflect render` with --knob, --quality, --tolerance and --budget-ms: frames, identities and reports."""
+"""`surflect render` with options, --preset, --tolerance and --budget-ms: frames, identities and reports."""
 
 import unittest
 
@@ -48,8 +48,8 @@ class Quality(TestInFolder):
 
     def test_frames_of_another_target_are_not_kept(self):
         self.frames("mixed", "--frames", "1-2")
-        for options in (["--tolerance", TOLERANCE], ["--tolerance", "0.91"], ["--knob", "lights=1"],
-                        ["--quality", "preview"], ["--budget-ms", "1000"], []):
+        for options in (["--tolerance", TOLERANCE], ["--tolerance", "0.91"], ["--lights", "1"],
+                        ["--preset", "preview"], ["--budget-ms", "1000"], []):
             report = self.render("mixed", "--frames", "1-2", "--resume", *options)
             self.assertEqual(len(report["frames"]), 2, options)
             self.assertEqual(len(self.render("mixed", "--frames", "1-2", "--resume", *options)["frames"]), 0, options)
@@ -69,14 +69,14 @@ class Quality(TestInFolder):
         said = run("render", self.script, "-o", self.folder / "said", "--tolerance", TOLERANCE, "--verify").stderr
         self.assertIn(f"within {TOLERANCE} in {within} of {FRAMES} frames", said)
 
-    def test_knobs_are_turned(self):
-        self.assertEqual(self.settings(self.render("k", "--frames", "1", "--knob", "lights=1", "--knob", "cameras=2")),
+    def test_options_that_are_given_are_kept(self):
+        self.assertEqual(self.settings(self.render("k", "--frames", "1", "--lights", "1", "--cameras", "2")),
                          ["cameras=2 lights=1"])
-        (preview,) = self.settings(self.render("p", "--frames", "1", "--quality", "preview"))
+        (preview,) = self.settings(self.render("p", "--frames", "1", "--preset", "preview"))
         self.assertNotEqual(preview, "full")
-        (held,) = self.settings(self.render("p", "--frames", "1", "--quality", "preview", "--knob", "cameras=1"))
+        (held,) = self.settings(self.render("p", "--frames", "1", "--preset", "preview", "--cameras", "1"))
         self.assertIn("cameras=1", held)
-        (held,) = self.settings(self.render("h", "--frames", "1", "--tolerance", "0.01", "--knob", "cameras=1"))
+        (held,) = self.settings(self.render("h", "--frames", "1", "--tolerance", "0.01", "--cameras", "1"))
         self.assertIn("cameras=1", held)
 
     def test_a_budget_of_any_length_gives_a_film(self):
@@ -85,13 +85,12 @@ class Quality(TestInFolder):
 
     def test_wrong_qualities_are_refused_in_one_line(self):
         for status, options, said in (
-                (1, ["--knob", "paint=1"], "knob: found 'paint', expected one of cameras, lights"),
-                (1, ["--knob", "cameras=9"], "knob.cameras: found 9, expected a whole number of 1 to 3"),
-                (2, ["--knob", "cameras"], "--knob"), (2, ["--knob", "cameras=1,2"], "--knob"),
+                (2, ["--terms", "1"], "surfels has no option --terms"),
+                (2, ["--cameras", "0"], "--cameras: found 0, expected 1..16, whole"),
+                (2, ["--reciprocity", "on", "--interpolation", "paper"], "only with --interpolation kriging, found paper"),
                 (2, ["--tolerance", "-1"], "--tolerance"), (2, ["--tolerance", "nan"], "--tolerance"),
-                (2, ["--budget-ms", "0"], "--budget-ms"), (2, ["--quality", "best"], "--quality"),
-                (2, ["--tolerance", "0.1", "--budget-ms", "9"], "--tolerance"),
-                (2, ["--tolerance", "0.1", "--quality", "preview"], "--quality")):
+                (2, ["--budget-ms", "0"], "--budget-ms"), (2, ["--preset", "best"], "--preset"),
+                (2, ["--tolerance", "0.1", "--budget-ms", "9"], "--tolerance")):
             with self.subTest(options=options):
                 result = run("render", self.script, "-o", self.folder / "none", *options)
                 self.assertEqual(result.returncode, status, result.stderr)

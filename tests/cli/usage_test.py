@@ -30,30 +30,30 @@ class Usage(unittest.TestCase):
                           ["relight", "capture", "-o", "views"], ["relight", "capture", "--lights", "l.toml"],
                           ["relight", "capture", "--lights", "l.toml", "--environment", "e.exr", "-o", "views"],
                           ["relight", "capture", "--lights", "l.toml", "--up", "0", "0", "1", "-o", "views"],
-                          ["lightfield"], ["lightfield", "build"], ["lightfield", "build", "slf", "views"],
-                          ["lightfield", "build", "slf", "views", "-o", "out", "--directions", "65"],
-                          ["lightfield", "build", "slf", "views", "-o", "out", "--blend", "all"],
-                          ["lightfield", "build", "slf", "views", "-o", "out", "--texels", "0"],
-                          ["lightfield", "build", "lumigraph", "views", "-o", "out", "--texels", "0"],
-                          ["lightfield", "build", "lumigraph", "views", "-o", "out", "--st", "1"],
-                          ["lightfield", "build", "vdtm", "views", "-o", "out", "--domain", "torus"],
-                          ["lightfield", "build", "ulr", "views", "-o", "out", "--domain", "plane"],
-                          ["lightfield", "build", "ulr", "views", "-o", "out", "--budget", "0"],
-                          ["lightfield", "build", "lumigraph", "views", "-o", "out", "--texels", "9", "--like", "a.slf"],
-                          ["lightfield", "build", "lfm", "views", "-o", "out", "--vq", "0.5"],
-                          ["lightfield", "build", "lfm", "views", "-o", "out", "--vq", "2", "--vq-error", "0.1"],
-                          ["lightfield", "build", "lfm", "views", "-o", "out", "--vq-start", "pairs"],
-                          ["lightfield", "compare", "a.slf"], ["lightfield", "benchmark"],
+                          ["pack", "views", "--method", "slf"], ["pack", "views", "--method", "slv", "-o", "out"],
+                          ["pack", "views", "--method", "slf", "-o", "out", "--directions", "65"],
+                          ["pack", "views", "--method", "slf", "-o", "out", "--blend", "all"],
+                          ["pack", "views", "--method", "lumigraph", "-o", "out", "--texels", "0"],
+                          ["pack", "views", "--method", "lumigraph", "-o", "out", "--st", "1"],
+                          ["pack", "views", "--method", "vdtm", "-o", "out", "--domain", "torus"],
+                          ["pack", "views", "--method", "ulr", "-o", "out", "--domain", "plane"],
+                          ["pack", "views", "--method", "ulr", "-o", "out", "--budget-mb", "0"],
+                          ["pack", "views", "--method", "lfm", "-o", "out", "--vq", "0.5"],
+                          ["pack", "views", "--method", "lfm", "-o", "out", "--vq", "2", "--vq-error", "0.1"],
+                          ["pack", "views", "--method", "lfm", "-o", "out", "--vq-start", "pairs"],
+                          ["pack", "views", "--method", "spherical", "-o", "out", "--scale", "tiny"],
+                          ["pack", "stage.toml", "--method", "spherical", "-o", "out", "--nearest"],
+                          ["pack", "capture", "-o", "model.srf", "--lights", "l.toml"],
+                          ["pack", "capture", "-o", "model.srf", "--preset", "best"],
                           ["pack", "capture", "-o", "model.srf", "--tolerance", "2"],
                           ["pack", "capture", "-o", "model.srf", "--surfels", "none"],
                           ["render", "film.toml", "-o", "frames", "--cameras", "0"],
                           ["render", "film.toml", "-o", "frames", "--threads", "0"],
                           ["evaluate", "model.srf", "capture", "--baseline", "best"],
-                          ["evaluate", "model.srf", "capture", "--knob", "cameras=1,2"],
+                          ["evaluate", "model.srf", "capture", "--cameras", "17"],
                           ["chart", "model.srf", "-o", "report"], ["chart", "model.srf", "capture"],
                           ["chart", "model.srf", "capture", "-o", ""],
-                          ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras"],
-                          ["chart", "model.srf", "capture", "-o", "report", "--knob", "cameras=1", "--knob", "cameras=2"],
+                          ["chart", "model.srf", "capture", "-o", "report", "--sweep", "cameras"],
                           ["chart", "model.srf", "capture", "-o", "report", "--rounds", "0"],
                           ["chart", "model.srf", "capture", "-o", "report", "--bent", "deformed"],
                           ["chart", "model.srf", "capture", "-o", "report", "--frame", "2"],
@@ -94,6 +94,15 @@ class Usage(unittest.TestCase):
                 result = run(*arguments, "--help")
                 self.assertEqual(result.returncode, 0)
                 self.assertIn("Example: surflect " + " ".join(arguments), result.stdout)
+
+    def test_misspelt_words_are_answered_with_the_nearest(self):
+        for arguments, nearest in ((["rendr"], "render"), (["render", "film.toml", "-o", "f", "--sacle", "2"], "--scale"),
+                                   (["pack", "views", "--method", "slv", "-o", "f"], "slf"),
+                                   (["pack", "views", "--method", "slf", "-o", "f", "--vq", "2"], "slf has no option --vq")):
+            with self.subTest(arguments=arguments):
+                result = run(*arguments)
+                self.assertEqual(result.returncode, 2)
+                self.assertIn(nearest, result.stderr)
 
     def test_the_version_is_three_numbers(self):
         result = run("--version")

@@ -86,18 +86,17 @@ const method::Rows<BuildChoice>& buildRows() {
   return kRows;
 }
 
-BuildChoice checkedChoice(const Setting& setting) {
+void checkBuild(const Setting& setting) {
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   if (choice.codebookRatio && choice.codebookError) throw Error("excludes --vq-error").at("--vq");
   if (choice.codebookStart && !choice.codebookRatio && !choice.codebookError)
     throw Error("needs --vq or --vq-error").at("--vq-start");
-  return choice;
 }
 
 method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
                                const Progress& progress) {
   const Stopwatch watch;
-  const BuildChoice choice = checkedChoice(setting);
+  const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   lightfield::Views views = lightfield::viewsOf(input, progress);
   BuildOptions options = choice.options;
   options.terms = choice.terms.value_or(options.tolerance > 0 ? kTermsWithTolerance : options.terms);
@@ -164,6 +163,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
 struct RenderOptions {
   int samples = lightfield::kSamples;
   FrameOptions frame = {};
+  std::optional<double> white; // none: the maps'
 };
 
 const method::Rows<RenderOptions>& renderRows() {
@@ -177,9 +177,9 @@ const method::Rows<RenderOptions>& renderRows() {
           {.domain = words({"single", "per_term", "clamped"}),
            .paper = "clamped",
            .help = "one pass for all terms; one for each; or passes into 8 bits, two for each signed term"}),
-      row<RenderOptions>("white", [](auto& o) -> auto& { return o.frame.white; },
+      row<RenderOptions>("white", [](auto& o) -> auto& { return o.white; },
                          {.domain = method::Range{1e-6, 1e6},
-                          .help = "largest radiance of 8 bits",
+                          .help = "largest radiance of 8 bits; default: that of the mean maps",
                           .needs = {{"passes", {"clamped"}}}})};
   return kRows;
 }
@@ -190,16 +190,20 @@ struct OpenLfm {
   std::vector<Point3<AcquisitionSpace>> points;
   FrameRenderer frames;
   RenderOptions options = {};
+  double white = 1;
   size_t triangles = 0;
 
   explicit OpenLfm(LightFieldMaps maps)
-      : frames(maps, context->describe().limits), triangles(maps.mesh.triangles.size()) {
+      : frames(maps, context->describe().limits), white(maps.meanWhite * maps.meanWhite),
+        triangles(maps.mesh.triangles.size()) {
     points = std::move(maps.mesh.positions);
   }
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
             method::FrameLayers& layers) {
-    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), options.frame);
+    FrameOptions frameOptions = options.frame;
+    frameOptions.white = options.white.value_or(white);
+    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions);
     layers.color = image::squareMeans(frame.color, options.samples);
     if (lightfield::isAsked(aovs, "depth"))
       layers.aovs["depth"] = image::squareMinima(frame.depth, options.samples);
@@ -221,6 +225,8 @@ std::vector<Option> rowsOf(const LightFieldMaps& maps) {
   std::vector<Option> rows = method::optionsOf(renderRows());
   const auto terms = std::ranges::find(rows, "terms", &Option::name);
   const size_t all = maps.terms.size();
+  const float meanWhite = maps.meanWhite;
+  std::ranges::find(rows, "white", &Option::name)->standard = meanWhite * meanWhite; // of a root
   if (maps.method == Method::nmf) {
     rows.erase(terms);
     return rows;
@@ -307,6 +313,7 @@ const method::Method& lfmMethod() {
                                       .format = kFormatTag,
                                       .buildOptions = method::optionsOf(buildRows()),
                                       .renderOptions = method::optionsOf(renderRows()),
+                                      .checkBuild = checkBuild,
                                       .build = buildModel,
                                       .open = open};
   return kMethod;
