@@ -2,7 +2,7 @@
 #include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "apps/timed_renderer.h"
+#include "render/method/timed_renderer.h"
 #include "render/evaluation/evaluate.h"
 #include "render/evaluation/rank_correlation.h"
 #include "render/evaluation/sparsification.h"
@@ -146,7 +146,7 @@ void sayComparison(const Json& rows) {
 // `photographs` returns the capture, once the model is open.
 Json evaluated(const EvaluateArguments& arguments, const std::string& model, const method::Setting& setting,
                const std::function<const capture::Capture&()>& photographs, const Progress& progress) {
-  TimedRenderer timed(method::openRenderer(model, setting, progress));
+  method::TimedRenderer timed(method::openRenderer(model, setting, progress));
   const capture::Capture& capture = photographs();
   method::Renderer* const renderer = &timed;
   evaluation::EvaluateOptions options;

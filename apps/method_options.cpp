@@ -81,16 +81,6 @@ std::string optionTable(std::span<const Option> options) {
   return text;
 }
 
-std::string markdownTable(std::span<const Option> options) {
-  std::string text = "| option | values | default | paper | preview | meaning |\n|---|---|---|---|---|---|\n";
-  const auto textOr = [](const std::optional<Value>& value) { return value ? value->text() : ""; };
-  for (const Option& option : options)
-    text += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", method::flagOf(option.name),
-                        isPlainFlag(option) ? "" : method::domainText(option), defaultText(option),
-                        textOr(option.paper), textOr(option.preview), option.help);
-  return text;
-}
-
 void MethodOptions::add(CLI::App& command, Kind kind, std::function<const Method*()> shown) {
   kind_ = kind;
   command

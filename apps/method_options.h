@@ -56,9 +56,6 @@ const method::Method* methodAt(const std::string& path);
 
 // Table of options as --help and docs/ show it, a line each: flag, values, default, help.
 std::string optionTable(std::span<const method::Option> options);
-// Rows of a Markdown table of options: for docs/, as tests/cli/options_test.py compares them.
-std::string markdownTable(std::span<const method::Option> options);
-
 // A setting as JSON, an entry an option.
 Json jsonOf(const method::Setting& setting);
 // Counts that belong to a group become an object of their own; whole numbers are written without a point.

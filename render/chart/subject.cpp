@@ -128,7 +128,10 @@ Subject::Subject(fs::path model, const capture::Capture& capture, const std::opt
 }
 
 void Subject::set(method::Renderer& renderer, Setting setting) const {
-  setting.erase(kScale);
+  if (const auto scale = setting.find(kScale); scale != setting.end()) {
+    method::requireSetting({"this chart", {&scaleOption(), 1}}, {*scale});
+    setting.erase(scale);
+  }
   setting.insert(held_.begin(), held_.end());
   renderer.set(method::forFrames(renderer.options(), setting));
 }

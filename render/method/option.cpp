@@ -72,7 +72,7 @@ const Option& rowOf(const Options& options, std::string_view name) {
   if (found != options.rows.end()) return *found;
   std::vector<std::string_view> known;
   for (const Option& row : options.rows) known.push_back(row.name);
-  const std::string_view nearest = nearestName(wanted, known);
+  const std::string_view nearest = known.empty() ? "" : nearestName(wanted, known);
   throw Error(fmt::format("{} has no option {}{}", options.method, flagOf(wanted),
                           nearest.empty() ? "" : fmt::format("; did you mean {}?", flagOf(nearest))));
 }

@@ -11,6 +11,7 @@
 
 #include "render/method/option.h"
 
+#include <algorithm>
 #include <concepts>
 #include <functional>
 #include <optional>

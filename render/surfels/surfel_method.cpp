@@ -143,8 +143,11 @@ std::vector<Value> downToOne(size_t n) {
 }
 
 // The rows of a model's frames: defaults that the model chose, and the values to sweep where a frame with the
-// given options depends on them.
-std::vector<Option> rowsOf(const shading::ReflectanceField& field, const shading::ShadeOptions& shade) {
+// given interpolation depends on them.
+std::vector<Option> rowsOf(const shading::ReflectanceField& field, const shading::ShadeOptions& given) {
+  shading::ShadeOptions shade; // with the defaults of all counts
+  shade.interpolation = given.interpolation;
+  shade.nearest = given.nearest;
   std::vector<Option> options = method::optionsOf(rows());
   const auto rowOf = [&](const char* name) -> Option& {
     return *std::ranges::find(options, name, &Option::name);
@@ -230,9 +233,10 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const 
 
 void SurfelRenderer::configure(const Setting& setting) {
   options_ = frameOptions(setting);
-  description_.identity = fmt::format("model {} {} simd {}", hex(model_->identity),
-                                      method::textOf(method::withoutDefaults(rows_, setting)),
-                                      bestSimd() == Simd::scalar ? "scalar" : "vector");
+  description_.identity =
+      fmt::format("model {} {} simd {}", hex(model_->identity),
+                  method::textOf(method::withoutDefaults(rowsOf(*model_, options_.shade), setting)),
+                  bestSimd() == Simd::scalar ? "scalar" : "vector");
 }
 
 method::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std::vector<std::string>& aovs,

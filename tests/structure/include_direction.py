@@ -16,7 +16,7 @@ CAPTURE = SURFEL + ["srf/image", "srf/capture"]
 PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
 ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/ulr", "srf/shading"]
 SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/ulr", "warp", "render/scene"]
-LIGHT_FIELD = SURFEL + SCENE + ["srf/proxy", "render/knobs", "render", "render/gl", "render/lightfield/common"]
+LIGHT_FIELD = SURFEL + SCENE + ["srf/proxy", "render/method", "render/gl", "render/lightfield/common"]
 LIBRARY = ["surfel", "srf", "warp", "render"]
 BELOW = {
     "surfel/base": [],
@@ -39,23 +39,25 @@ BELOW = {
     "warp": SURFEL + ["surfel"],
     "render/scene": SCENE,
     "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
-    "render/knobs": ["surfel/base"],
-    "render": SCENE + ["render/knobs"],  # the interface of renderers
-    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat"],
-    "render/renderer.cpp": LIGHT_FIELD + ["srf/model", "render/surfels", "render/lightfield/slf", "render/lightfield/lumigraph", "render/lightfield/lfm", "render/lightfield/spherical", "render/lightfield/olf"],  # opens the renderer that a model asks for
-    "render/control": ["surfel/base", "srf/image", "render/knobs", "render"],
-    "render/film": SURFEL + SCENE + ["render/knobs", "render"],
-    "render/evaluation": PROXY + SCENE + ["render/knobs", "render"],
+    "render/method": SCENE,  # the contract of a method
+    "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/method", "render/splat"],
+    "render": SCENE + ["render/method"],  # all methods, for those who open models
+    "render/methods.cpp": LIGHT_FIELD + ["render", "srf/model", "render/stage", "render/surfels", "render/lightfield/slf",
+                                         "render/lightfield/lumigraph", "render/lightfield/lfm", "render/lightfield/spherical",
+                                         "render/lightfield/traced", "render/lightfield/olf"],  # the one file that knows them
+    "render/control": ["surfel/base", "srf/image", "render/method"],
+    "render/film": SURFEL + SCENE + ["render/method"],
+    "render/evaluation": PROXY + SCENE + ["render/method"],
     "render/gl": CAPTURE,
-    "render/lightfield/common": SCENE + SURFEL + ["srf/proxy", "render/knobs"],
+    "render/lightfield/common": SCENE + SURFEL + ["srf/proxy", "render/method"],
     "render/lightfield/slf": LIGHT_FIELD,
     "render/lightfield/lumigraph": LIGHT_FIELD,
     "render/lightfield/lfm": LIGHT_FIELD,
     "render/lightfield/spherical": LIGHT_FIELD,
     "render/lightfield/traced": LIGHT_FIELD + ["render/lightfield/spherical", "render/stage"],
-    "render/verify": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/knobs", "render", "render/splat", "render/surfels", "render/evaluation"],
+    "render/verify": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/method", "render/splat", "render/surfels", "render/evaluation"],
     "render/lightfield/olf": LIGHT_FIELD + ["srf/proxy/hull", "render/lightfield/lfm"],
-    "render/chart": SCENE + ["render/knobs", "render", "render/evaluation"],
+    "render/chart": SCENE + ["render/method", "render", "render/evaluation"],
     "render/stage/material": ["surfel/base", "surfel/math"],
     "render/stage": CAPTURE + ["srf/model", "warp", "render/scene", "render/stage/material"],
     "apps": LIBRARY,
