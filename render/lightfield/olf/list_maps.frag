@@ -2,6 +2,6 @@
 // A fragment of light field maps, for the list of its pixel.
 #include "maps.glsl"
 #include "roots.glsl"
-#include "append.glsl"
+#include "per_pixel_lists.glsl"
 
 void main() { append(colorOf(rootSum()), uint(triangle)); }

@@ -13,10 +13,10 @@
 #include "render/gl/texture.h"
 #include "render/gl/vertex_array.h"
 #include "render/lightfield/olf/bsp_tree.h"
-#include "render/lightfield/olf/depth_layers.h"
-#include "render/lightfield/olf/fragment_lists.h"
+#include "render/lightfield/olf/depth_peeling.h"
 #include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/per_pixel_lists.h"
 #include "render/lightfield/olf/square_means.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
@@ -57,7 +57,7 @@ private:
   struct Target {
     gl::Texture color;
     gl::Framebuffer whole;
-    std::optional<DepthLayers> layers; // for depth peeling
+    std::optional<DepthPeeling> layers; // for depth peeling
     Target(int width, int height, Order order);
   };
 
@@ -76,7 +76,7 @@ private:
   gl::VertexArray none_;
   gl::Program shade_;
   std::optional<gl::Program> compose_; // of depth peeling
-  std::optional<FragmentLists> lists_;
+  std::optional<PerPixelLists> lists_;
   std::optional<Target> target_;
   SquareMeans means_;
   size_t textureBytes_ = 0;

@@ -11,10 +11,10 @@
 #include "render/gl/texture.h"
 #include "render/lightfield/lfm/lfm_frame.h"
 #include "render/lightfield/lfm/map_drawing.h"
-#include "render/lightfield/olf/depth_layers.h"
-#include "render/lightfield/olf/fragment_lists.h"
+#include "render/lightfield/olf/depth_peeling.h"
 #include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_maps.h"
+#include "render/lightfield/olf/per_pixel_lists.h"
 #include "render/lightfield/olf/square_means.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
@@ -54,7 +54,7 @@ private:
   struct Target {
     gl::Texture color;
     gl::Framebuffer whole;
-    std::optional<DepthLayers> layers;
+    std::optional<DepthPeeling> layers;
     Target(int width, int height);
   };
 
@@ -64,7 +64,7 @@ private:
 
   lfm::MapDrawing drawing_;
   gl::Program list_, layerDepth_, layerMaps_, compose_;
-  FragmentLists lists_;
+  PerPixelLists lists_;
   std::optional<Target> target_;
   SquareMeans means_;
 };

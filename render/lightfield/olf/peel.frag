@@ -1,7 +1,7 @@
 #version 450 core
 // Fragments behind the layer before; the depth test keeps the nearest.
 #include "shade.glsl"
-#include "behind_layer.glsl"
+#include "depth_peeling.glsl"
 
 layout(binding = 1) uniform sampler2D layerBefore; // depths
 layout(std430, binding = 6) buffer Counter { uint used; };

@@ -1,4 +1,4 @@
-#include "render/lightfield/olf/fragment_lists.h"
+#include "render/lightfield/olf/per_pixel_lists.h"
 
 #include "render/lightfield/olf/shaders.h"
 #include "render/lightfield/olf/storage_bindings.h"
@@ -9,14 +9,14 @@ namespace surflect::olf {
 
 namespace {
 
-constexpr size_t kNodeBytes = 4 * 5; // as in append.glsl
+constexpr size_t kNodeBytes = 4 * 5; // as in per_pixel_lists.glsl
 
 } // namespace
 
-FragmentLists::FragmentLists()
-    : resolve_(kShaders, {"picture.vert", "resolve.frag"}), none_({}), counter_(4) {}
+PerPixelLists::PerPixelLists()
+    : resolve_(kShaders, {"picture.vert", "per_pixel_lists.frag"}), none_({}), counter_(4) {}
 
-void FragmentLists::draw(const gl::Framebuffer& target, gl::Program& program,
+void PerPixelLists::draw(const gl::Framebuffer& target, gl::Program& program,
                          std::span<const gl::Texture* const> textures, const gl::VertexArray& mesh,
                          const gl::Range& part, FrameCounts& counts) {
   const size_t pixels = static_cast<size_t>(target.width()) * static_cast<size_t>(target.height());

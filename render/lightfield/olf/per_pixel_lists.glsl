@@ -1,4 +1,4 @@
-// Appends fragments to the linked list of their pixel; FragmentLists composites them.
+// Appends fragments to the linked list of their pixel; PerPixelLists composites them.
 
 layout(std430, binding = 4) buffer Heads { uint heads[]; }; // of each pixel: a node's number + 1, or 0
 layout(std430, binding = 5) writeonly buffer Nodes { uint nodes[]; };

@@ -26,9 +26,9 @@ struct PeeledLayer {
   const gl::StorageBuffer& fragments; // a word at the binding kCounter; shaders count their fragments in it
 };
 
-class DepthLayers {
+class DepthPeeling {
 public:
-  DepthLayers(int width, int height);
+  DepthPeeling(int width, int height);
 
   int width() const { return color_.shape().width; }
   int height() const { return color_.shape().height; }

@@ -1,5 +1,7 @@
-// Linked lists of the fragments of each pixel, composited in the order of depths. Fragments at one depth are
-// in the order of their triangles.
+// Per-pixel linked lists of fragments, composited in the order of depths. Fragments at one depth are in the
+// order of their triangles.
+//
+// [Yang 2010] Yang, Hensley, Gruen, Thibieroz: Real-Time Concurrent Linked List Construction on the GPU.
 #pragma once
 
 #include "render/gl/draw.h"
@@ -15,12 +17,12 @@
 
 namespace surflect::olf {
 
-class FragmentLists {
+class PerPixelLists {
 public:
-  FragmentLists();
+  PerPixelLists();
 
-  // Draws front faces with a program that calls append() of append.glsl, again with more memory if the
-  // fragments do not fit, and writes the composite to the target.
+  // Draws front faces with a program that calls append() of per_pixel_lists.glsl, again with more memory if
+  // the fragments do not fit, and writes the composite to the target.
   void draw(const gl::Framebuffer& target, gl::Program& program, std::span<const gl::Texture* const> textures,
             const gl::VertexArray& mesh, const gl::Range& part, FrameCounts& counts);
 

@@ -1,4 +1,4 @@
-#include "render/lightfield/olf/depth_layers.h"
+#include "render/lightfield/olf/depth_peeling.h"
 
 #include "render/lightfield/olf/storage_bindings.h"
 
@@ -6,7 +6,7 @@
 
 namespace surflect::olf {
 
-DepthLayers::DepthLayers(int width, int height)
+DepthPeeling::DepthPeeling(int width, int height)
     : color_({gl::Format::rgba32f, width, height}), depths_{gl::Texture(
                                                                 {gl::Format::depth32f, width, height}),
                                                             gl::Texture(
@@ -15,8 +15,8 @@ DepthLayers::DepthLayers(int width, int height)
                gl::Framebuffer("odd layer", {{&color_}}, {&depths_[1]})},
       none_({}), counter_(4) {}
 
-void DepthLayers::draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most,
-                       FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer) {
+void DepthPeeling::draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most,
+                        FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer) {
   counter_.bind(kCounter);
   size_t before = std::numeric_limits<size_t>::max(); // fragments of the layer before
   for (size_t layer = 0; layer < most; ++layer) {
