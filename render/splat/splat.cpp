@@ -1,5 +1,7 @@
 #include "render/splat/splat.h"
 
+#include "render/splat/low_pass.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -87,51 +89,11 @@ PixelBox clippedBox(const capture::Lens& lens, const Vec3<double>& mean, const M
           first(mean[0] + halfX, lens.width), first(mean[1] + halfY, lens.height)};
 }
 
-// Eigenvalues of a symmetric matrix, b12 = b21: half the trace +- the radius of Mohr's circle.
-struct Eigenvalues {
-  double larger, smaller;
-};
-Eigenvalues eigenvalues(const Mat2& b) {
-  const double half = b.trace() / 2, radius = std::hypot((b(0, 0) - b(1, 1)) / 2, b(0, 1));
-  const double larger = half + radius;
-  return {larger, larger > 0 ? std::max(0.0, b.determinant()) / larger : 0};
-}
-
-// Low-pass term D added to a covariance V: along each axis of the ellipse, the amount by which V falls short
-// of h^2, so that wide splats are unchanged  [Botsch 2005, §5]. Convolution with the low-pass [Zwicker 2001]
-// would add h^2 to wide splats as well, and blur them a second time.
-Mat2 lowPassDeficit(const Mat2& V, double h) {
-  const auto [larger, smaller] = eigenvalues(V);
-  const double most = std::max(0.0, h * h - smaller), least = std::max(0.0, h * h - larger);
-  if (!(larger > smaller)) return most * Mat2::Identity();
-  // P = (V - smaller I) / (larger - smaller) projects onto the long axis.
-  const Mat2 P = (V - smaller * Mat2::Identity()) / (larger - smaller);
-  return most * Mat2::Identity() + (least - most) * P;
-}
-
-// Widens V by D = lowPassDeficit(V, h), keeping the energy coverage * 2 pi sqrt(det V) [Zwicker 2001, §5],
-// and conditions the order on the pixel. With C the covariance of (x, y) with the order,
-//   mean of order = order0 + slope . dx,   slope = (V + D)^-1 C.
-// A splat larger than the filter has the order of its plane, of gradient g = V^-1 C; a smaller splat has the
-// order of its centre everywhere, however steep its plane is. Splats of one plane, displaced by dx = N(0, V +
-// D) from a pixel, thus differ in order by
-//   (g - slope) . dx = g^T D (V + D)^-1 dx,   of variance (D g)^T (V + D)^-1 (D g),
-// which the tolerance must bridge. If the plane is seen edge-on, g is unbounded; g is therefore damped as if
-// the splat were h/2 thick. For this, a splat smaller than the filter counts as grown to the filter's size,
-// which is k times its area.
+// Footprint of a Gaussian after the low-pass. The tolerance bridges the orders of splats of one plane.
 Footprint filtered(const capture::Lens& lens, const ScreenGaussian& gaussian, double h, double coverage,
                    double bend) {
-  const Mat2 V = gaussian.covariance.topLeftCorner<2, 2>();
-  const Mat2 D = lowPassDeficit(V, h), filteredV = V + D;
-  const Mat2 inverse = filteredV.inverse();
-  const Vec2<double> C = gaussian.covariance.topRightCorner<2, 1>();
-  const Vec2<double> slope = inverse * C;
-  const double energyKept = std::sqrt(std::max(0.0, V.determinant()) / filteredV.determinant());
-
-  const double k = 1 + h * h / eigenvalues(V).larger;
-  const Vec2<double> gradient = (V + h * h / (4 * k) * Mat2::Identity()).inverse() * C;
-  const Vec2<double> Dg = D * gradient;
-  const double deviation = std::sqrt(Dg.dot(inverse * Dg));
+  const auto [filteredV, inverse, energyKept, slope, deviation] =
+      lowPassed(gaussian.covariance.topLeftCorner<2, 2>(), gaussian.covariance.topRightCorner<2, 1>(), h);
   const double tolerance = kDepthSigmas * deviation + bend;
 
   Footprint f{};
