@@ -2,7 +2,7 @@
 #include "srf/codec/block_fit.h"
 
 #include "srf/codec/block_kernels.h"
-#include "surfel/math/matrix_products.h"
+#include "surfel/math/padded_products.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -68,13 +68,6 @@ template <class Real> PaddedRows<Real> padded(const Eigen::MatrixXd& m) {
     for (size_t j = 0; j < result.columns(); ++j)
       result.row(i)[j] = static_cast<Real>(m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
   return result;
-}
-
-template <class Real> PaddedRows<Real> product(const PaddedRows<Real>& a, const PaddedRows<Real>& b) {
-  PaddedRows<Real> c(a.rows(), b.columns());
-  multiply(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), c.row(0), c.stride(), a.rows(),
-                               a.columns(), b.stride(), false});
-  return c;
 }
 
 } // namespace

@@ -8,7 +8,7 @@
 
 #include "srf/codec/block_bound.h"
 #include "srf/codec/block_kernels.h"
-#include "surfel/math/matrix_products.h"
+#include "surfel/math/padded_products.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,11 +36,11 @@ double ditherThreshold(size_t texel) {
 template <class Real> class LevelFit {
 public:
   LevelFit(const WeightedBlock<Real>& block, const StoredTerms& stored)
-      : rows_(block.values.rows()), rank_(stored.terms.size()), q_(rows_, rank_), c_(rank_, rank_),
-        r_(rows_, rank_), inverse_(c_.stride()), last_(rank_), sums_(rank_) {
+      : rows_(block.values.rows()), rank_(stored.terms.size()), q_(rows_, rank_), c_(0, 0), r_(0, 0),
+        last_(rank_), sums_(rank_) {
     const size_t lights = block.values.columns();
     const PaddedRows<double> shown = radiancePerLevel(stored, lights);
-    PaddedRows<Real> pw(rank_, lights), wp(lights, rank_), ofLevels(rows_, rank_);
+    PaddedRows<Real> pw(rank_, lights), wp(lights, rank_);
     for (size_t k = 0; k < rank_; ++k) {
       const StoredTerm& term = stored.terms[k];
       last_[k] = static_cast<Real>(levelsOf(term.bits));
@@ -49,13 +49,10 @@ public:
         pw.row(k)[l] = wp.row(l)[k] = static_cast<Real>(shown.row(k)[l]) * block.lights[l];
       for (size_t i = 0; i < rows_; ++i) q_.row(i)[k] = static_cast<Real>(term.levels[i]);
     }
-    const auto product = [&](const PaddedRows<Real>& a, const PaddedRows<Real>& b, PaddedRows<Real>& to) {
-      multiply(MatrixProduct<Real>{a.row(0), a.stride(), 1, b.row(0), b.stride(), to.row(0), to.stride(),
-                                   a.rows(), a.columns(), b.stride(), false});
-    };
-    product(pw, wp, c_);
-    product(q_, c_, ofLevels);
-    product(block.values, wp, r_);
+    c_ = product(pw, wp);
+    r_ = product(block.values, wp);
+    inverse_.resize(c_.stride());
+    const PaddedRows<Real> ofLevels = product(q_, c_);
     for (size_t i = 0; i < rows_; ++i) {
       const Real unweighted = 1 / block.rows[i];
       Real* const r = r_.row(i);
