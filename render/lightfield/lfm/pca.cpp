@@ -1,8 +1,13 @@
 #include "render/lightfield/lfm/pca.h"
 
-#include "surfel/math/leading_svd.h"
+#include "surfel/math/padded_products.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -17,12 +22,64 @@ float weightAt(const ArrangedMatrix& matrix, size_t row, size_t cell) {
   return matrix.weights ? matrix.weights->row(row)[cell] : 1.0f;
 }
 
-PaddedRows<float> scaledColumns(const PaddedRows<float>& columns, const std::vector<double>& squares) {
-  PaddedRows<float> result(columns.rows(), columns.columns());
+// Shorter terms than this share of the longest are rounding error.
+constexpr double kShortest = 2e-6;
+// Iteration ends once the residual |T' T v - sigma^2 v| of each term is below this share of the largest
+// sigma^2.
+constexpr double kResidual = 1e-6;
+constexpr int kMostSteps = 40;
+constexpr size_t kSpare = 8; // further columns, which speed up the iteration
+
+using Eigen::MatrixXd;
+
+MatrixXd inDouble(const PaddedRows<float>& m) {
+  using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor, 0, Eigen::OuterStride<>>(
+             m.row(0), static_cast<Eigen::Index>(m.rows()), static_cast<Eigen::Index>(m.columns()),
+             Eigen::OuterStride<>(static_cast<Eigen::Index>(m.stride())))
+      .cast<double>();
+}
+
+PaddedRows<float> inFloat(const MatrixXd& m) {
+  PaddedRows<float> result(static_cast<size_t>(m.rows()), static_cast<size_t>(m.cols()));
   for (size_t i = 0; i < result.rows(); ++i)
     for (size_t k = 0; k < result.columns(); ++k)
-      result.row(i)[k] = static_cast<float>(columns.row(i)[k] * std::sqrt(squares[k]));
+      result.row(i)[k] = static_cast<float>(m(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)));
   return result;
+}
+
+MatrixXd orthonormal(const MatrixXd& columns) {
+  return Eigen::HouseholderQR<MatrixXd>(columns).householderQ() *
+         MatrixXd::Identity(columns.rows(), columns.cols());
+}
+
+// Singular vectors v of T, the longest first, with their images T v = sigma u.
+struct Singular {
+  Eigen::VectorXd squares; // sigma^2
+  MatrixXd vectors, images;
+};
+
+// At least `terms` of a tall matrix, given functions that multiply by T and by T'. Subspace iteration from
+// random columns [Halko 2011, Alg. 4.4], with the singular values of T on the subspace.
+Singular leadingVectors(size_t size, size_t terms, const auto& product, const auto& transposedProduct) {
+  const auto columns = static_cast<Eigen::Index>(std::min(size, terms + kSpare));
+  std::mt19937 random(1);
+  MatrixXd basis = orthonormal(MatrixXd::NullaryExpr(static_cast<Eigen::Index>(size), columns,
+                                                     [&] { return double(random()) * 0x1p-31 - 1; }));
+  for (int step = 1;; ++step) {
+    const PaddedRows<float> image = product(inFloat(basis));
+    const MatrixXd images = inDouble(image);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(images.transpose() * images);
+    const MatrixXd turn = solver.eigenvectors().rowwise().reverse();
+    Singular found{solver.eigenvalues().reverse(), basis * turn, images * turn};
+    if (step == kMostSteps || columns == static_cast<Eigen::Index>(size)) return found;
+    const MatrixXd next = inDouble(transposedProduct(image)) * turn; // T' T v
+    const auto wanted = static_cast<Eigen::Index>(terms);
+    const MatrixXd residuals =
+        next.leftCols(wanted) - found.vectors.leftCols(wanted) * found.squares.head(wanted).asDiagonal();
+    if (residuals.colwise().norm().maxCoeff() <= kResidual * found.squares[0]) return found;
+    basis = orthonormal(next);
+  }
 }
 
 } // namespace
@@ -46,8 +103,27 @@ std::vector<float> takeMean(ArrangedMatrix& matrix) {
 }
 
 PlainFactors leadingTerms(const PaddedRows<float>& values, size_t terms, double negligible) {
-  TruncatedSvd<float> svd = leadingSvd(values, terms, negligible);
-  return {scaledColumns(svd.left, svd.energies), std::move(svd.right), {}};
+  // T is the matrix or its transpose, whichever is tall.
+  const bool isTall = values.columns() <= values.rows();
+  const auto along = [&](const PaddedRows<float>& columns) { return product(values, columns); };
+  const auto across = [&](const PaddedRows<float>& columns) { return innerProducts(values, columns); };
+  const size_t size = std::min(values.rows(), values.columns());
+  const double energy = inDouble(values).squaredNorm();
+  Singular found;
+  size_t wanted = 0;
+  if (terms > 0 && energy > negligible) {
+    terms = std::min(terms, size);
+    found = isTall ? leadingVectors(size, terms, along, across) : leadingVectors(size, terms, across, along);
+    const double shortest = kShortest * kShortest * found.squares[0];
+    for (double rest = energy; wanted < terms && rest > negligible && found.squares[wanted] > shortest;)
+      rest -= found.squares[wanted++];
+  }
+  const auto count = static_cast<Eigen::Index>(wanted);
+  if (count == 0) return {PaddedRows<float>(values.rows(), 0), PaddedRows<float>(values.columns(), 0), {}};
+  const auto lengths = found.squares.head(count).cwiseSqrt().eval();
+  const MatrixXd vectors = found.vectors.leftCols(count), images = found.images.leftCols(count);
+  if (isTall) return {inFloat(images), inFloat(vectors), {}};
+  return {inFloat(vectors * lengths.asDiagonal()), inFloat(images * lengths.cwiseInverse().asDiagonal()), {}};
 }
 
 double roundingOf(const ArrangedMatrix& matrix) {

@@ -1,4 +1,6 @@
 // Principal components of an arranged matrix.
+//
+// [Halko 2011] Halko, Martinsson, Tropp: Finding Structure with Randomness.
 #pragma once
 
 #include "render/lightfield/lfm/arranged_matrix.h"

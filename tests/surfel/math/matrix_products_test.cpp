@@ -1,5 +1,6 @@
 #include "surfel/math/matrix_products.h"
 
+#include "surfel/math/padded_products.h"
 #include "tests/support/each_simd.h"
 #include "tests/surfel/math/matrices.h"
 
@@ -95,6 +96,19 @@ template <class Real> void expectScalarProducts() {
 TEST(MatrixProducts, ScalarProductsAreThoseOfEachRow) {
   expectScalarProducts<float>();
   expectScalarProducts<double>();
+}
+
+TEST(PaddedProducts, EqualThoseOfEigen) {
+  std::mt19937 generator(6);
+  for (const auto& [rows, columns] : {std::pair(3, 5), {33, 17}, {70, 130}}) {
+    const Eigen::MatrixXd a = randomMatrix(rows, columns, generator), b = randomMatrix(columns, 9, generator),
+                          c = randomMatrix(rows, 11, generator);
+    EXPECT_LT((matrixOf(product(rowsOf<double>(a), rowsOf<double>(b))) - a * b).norm(),
+              1e-12 * a.norm() * b.norm());
+    EXPECT_LT((matrixOf(innerProducts(rowsOf<double>(a), rowsOf<double>(c))) - a.transpose() * c).norm(),
+              1e-12 * a.norm() * c.norm());
+    EXPECT_EQ(matrixOf(transposed(rowsOf<double>(a))), a.transpose());
+  }
 }
 
 } // namespace
