@@ -18,14 +18,9 @@ inline double doubledArea(const DiscPoint& a, const DiscPoint& b, const DiscPoin
 // Least doubledArea() of a triangle that counts as one.
 inline constexpr double kLeastArea = 1e-10;
 
-// Triangles, counter-clockwise, each starting at its lowest corner, in rising order. None if the sites are
-// (nearly) collinear. Sites (nearly) equal to others, and slivers along the border, may be left out. Sites
-// are finite. They are inserted one by one [Bowyer 1981, Watson 1981], which for fewer than a hundred sites
-// is several times faster than delaunayByHull(). Where rounding spoils the result, that of delaunayByHull()
-// is returned.
+// Triangles, counter-clockwise, each starting at its lowest corner, in rising order: the lower side of the
+// convex hull of the sites on a paraboloid, by Qhull. None if the sites are (nearly) collinear. Sites
+// (nearly) equal to others, and slivers along the border, may be left out. Sites are finite.
 std::vector<std::array<uint32_t, 3>> delaunayTriangles(std::span<const DiscPoint> sites);
-
-// Triangulation by Qhull: the lower side of the convex hull of the sites on a paraboloid.
-std::vector<std::array<uint32_t, 3>> delaunayByHull(std::span<const DiscPoint> sites);
 
 } // namespace surflect::lfm

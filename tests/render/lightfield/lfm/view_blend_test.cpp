@@ -124,22 +124,6 @@ TEST(ViewBlend, CirclesOfTrianglesHoldNoOtherSite) {
     }
 }
 
-TEST(ViewBlend, InsertionGivesTheTrianglesOfTheConvexHull) {
-  for (unsigned seed = 10; seed < 60; ++seed) {
-    const Sites sites = randomSites(3 + 2 * (seed - 10), seed);
-    EXPECT_EQ(delaunayTriangles(sites), delaunayByHull(sites));
-  }
-  for (const Sites& sites : siteSets()) {
-    double byInsertion = 0, byHull = 0; // areas: triangles of sites on a circle are not unique
-    for (const auto& [a, b, c] : delaunayTriangles(sites))
-      byInsertion += doubledArea(sites[a], sites[b], sites[c]);
-    for (const auto& [a, b, c] : delaunayByHull(sites)) byHull += doubledArea(sites[a], sites[b], sites[c]);
-    EXPECT_NEAR(byInsertion, byHull, 1e-12);
-  }
-}
-
-// Directions below the horizon are on the rim of the disc: rounding makes their triangulation inconsistent,
-// and inserted one by one, triangles would double from site to site until memory ends.
 TEST(ViewBlend, ManySitesOnTheRimKeepTheirNumberOfTriangles) {
   Sites sites = randomSites(20, 7);
   std::mt19937 random(8);
