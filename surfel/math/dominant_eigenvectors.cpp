@@ -5,8 +5,8 @@
 #include "surfel/math/dominant_eigenvectors.h"
 
 #include "surfel/math/matrix_products.h"
-#include "surfel/math/transpose.h"
-#include "surfel/math/tridiagonal.h"
+
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +29,21 @@ template <class Real> void combine(const Real* weights, const PaddedRows<Real>& 
                                false});
 }
 
+// Eigenvalues theta of T, descending, and its eigenvectors s, one per column.
+template <class Real> struct Ritz {
+  Ritz() = default;
+  Ritz(const std::vector<Real>& alpha, const std::vector<Real>& beta) {
+    using Numbers = Eigen::Map<const Eigen::VectorX<Real>>;
+    Eigen::SelfAdjointEigenSolver<Eigen::MatrixX<Real>> solver;
+    solver.computeFromTridiagonal(Numbers(alpha.data(), static_cast<Eigen::Index>(alpha.size())),
+                                  Numbers(beta.data(), static_cast<Eigen::Index>(alpha.size()) - 1));
+    values = solver.eigenvalues().reverse();
+    vectors = solver.eigenvectors().rowwise().reverse();
+  }
+  Eigen::VectorX<Real> values;
+  Eigen::MatrixX<Real> vectors;
+};
+
 // Fills v with pseudo-random numbers.
 template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
   std::generate_n(v.row(0), v.columns(), [&] {
@@ -41,9 +56,8 @@ template <class Real> void takeAny(PaddedRows<Real>& v, uint32_t& state) {
 // more than three quarters of the available vectors, or if the vectors are not yet exact enough. The energy
 // that a Ritz vector v = Q s misses is at most |G v - theta v|^2 / (theta - theta of the first vector left
 // out), where |G v - theta v| = beta |last of s|.
-template <class Real>
-size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, double tolerated) {
-  const size_t size = ritz.values.size();
+template <class Real> size_t enough(const Ritz<Real>& ritz, double trace, Real beta, double tolerated) {
+  const auto size = static_cast<size_t>(ritz.values.size());
   size_t terms = 0;
   for (double left = trace; left > tolerated; ++terms) {
     if (terms == 3 * size / 4) return 0;
@@ -52,7 +66,7 @@ size_t enough(const TridiagonalSpectrum<Real>& ritz, double trace, Real beta, do
   const size_t all = std::min(terms + kSpare, size - 1);
   double missed = 0;
   for (size_t k = 0; k < terms; ++k) {
-    const Real residual = beta * ritz.vectors.row(k)[size - 1];
+    const Real residual = beta * ritz.vectors(size - 1, k);
     missed += static_cast<double>(residual * residual / (ritz.values[k] - ritz.values[all]));
   }
   return missed <= kMissed * tolerated ? all : 0;
@@ -86,7 +100,7 @@ template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<R
   uint32_t state = 1;
   takeAny(sum, state);
   combine(sum.row(0), gram, n, next.row(0));
-  TridiagonalSpectrum<Real> ritz{{}, PaddedRows<Real>(0, 0)};
+  Ritz<Real> ritz;
   size_t terms = 0;
   double left = trace;
   size_t look = kFirst;
@@ -98,14 +112,14 @@ template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<R
       remains = makeOrthogonal(size);
     }
     if (size == n || (size > 0 && left <= lost)) {
-      ritz = tridiagonalSpectrum<Real>(alpha, beta);
+      ritz = Ritz<Real>(alpha, beta);
       terms = static_cast<size_t>(
           std::ranges::count_if(ritz.values, [&](Real value) { return static_cast<double>(value) > lost; }));
       break;
     }
     if (size >= look && left <= tolerated) {
       look = size + size / 2;
-      ritz = tridiagonalSpectrum<Real>(alpha, beta);
+      ritz = Ritz<Real>(alpha, beta);
       terms = enough(ritz, trace, length, tolerated);
       if (terms > 0) break;
     }
@@ -118,7 +132,8 @@ template <class Real> Eigenvectors<Real> dominantEigenvectors(const PaddedRows<R
 
   const size_t size = alpha.size();
   PaddedRows<Real> chosen(size, terms);
-  transpose(ritz.vectors.row(0), ritz.vectors.stride(), terms, size, chosen.row(0), chosen.stride());
+  for (size_t i = 0; i < size; ++i)
+    for (size_t k = 0; k < terms; ++k) chosen.row(i)[k] = ritz.vectors(i, k);
   Eigenvectors<Real> spectrum{PaddedRows<Real>(n, terms), trace};
   multiply(MatrixProduct<Real>{q.row(0), 1, q.stride(), chosen.row(0), chosen.stride(),
                                spectrum.vectors.row(0), spectrum.vectors.stride(), n, size, chosen.stride(),
