@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/atlas_report.h"
 
-#include "render/lightfield/slf/normal_cone.h"
+#include "render/lightfield/slf/cone.h"
 #include "render/lightfield/slf/stretch.h"
 
 #include <algorithm>

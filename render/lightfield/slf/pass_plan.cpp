@@ -40,7 +40,7 @@ bool mayMeet(const RegionView& view, const Vec3<double>& a, const Vec3<double>& 
   if (low > sine || high < -sine) return false;
 
   const Vec3<double>& axis = view.cone.axis;
-  const double reach = view.cone.angle + margin;
+  const double reach = view.cone.halfAngle.radians() + margin;
   // The nearest point of the arc is on its inside where the axis is between the planes through its ends.
   if (normal.cross(a).dot(axis) >= 0 && b.cross(normal).dot(axis) >= 0)
     return std::abs(normal.dot(axis)) <= std::sin(std::min(reach, std::numbers::pi / 2));
@@ -94,7 +94,7 @@ double areaWithin(const gl::Rect& rect, const capture::Camera<AcquisitionSpace>&
 
 std::vector<uint32_t> trianglesInView(const DirectionMesh& mesh, const RegionView& view, double margin,
                                       uint32_t& start) {
-  if (!(view.cone.angle + margin < std::numbers::pi / 2)) return upTo(mesh.triangles().size());
+  if (!(view.cone.halfAngle.radians() + margin < std::numbers::pi / 2)) return upTo(mesh.triangles().size());
   const auto directions = mesh.directions();
   start = mesh.triangleAt(assume<Direction>(view.cone.axis), start);
   std::vector<uint32_t> visited{start};

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "render/gl/rect.h"
-#include "render/lightfield/slf/bounds.h"
+#include "render/lightfield/slf/blackout_cone.h"
 #include "render/lightfield/slf/field.h"
 #include "srf/capture/camera.h"
 

@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/region_merging.h"
 
-#include "render/lightfield/slf/normal_cone.h"
+#include "render/lightfield/slf/cone.h"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ struct Neighbor {
 struct Cluster {
   uint32_t lastTriangle = 0; // of its chain, which starts at the triangle with the cluster's index
   RegionMoments moments;
-  NormalCone cone;
+  Cone cone;
   std::vector<uint32_t> loop;      // places of the border, counter-clockwise
   std::vector<Neighbor> neighbors; // by rising cluster
   uint32_t version = 0;            // rises with each change
@@ -116,11 +116,11 @@ private:
   }
 
   // Cone of the union of two clusters; wider than the limit if they may not join.
-  NormalCone coneOfBoth(uint32_t a, uint32_t b) const {
-    const auto isTooWide = [&](const NormalCone& cone) {
+  Cone coneOfBoth(uint32_t a, uint32_t b) const {
+    const auto isTooWide = [&](const Cone& cone) {
       return cone.halfAngle.radians() > options_.widestCone.radians();
     };
-    NormalCone cone = coneAround(clusters_[a].cone, clusters_[b].cone);
+    Cone cone = coneAround(clusters_[a].cone, clusters_[b].cone);
     if (!isTooWide(cone)) return cone;
     const uint32_t smaller = clusters_[a].moments.area < clusters_[b].moments.area ? a : b;
     if (clusters_[smaller].moments.area <= kTinyShare * meanArea_)
@@ -138,7 +138,7 @@ private:
     const auto shared = std::ranges::lower_bound(into.neighbors, b, {}, &Neighbor::cluster);
     std::vector<uint32_t> loop = unitedLoop(into.loop, from.loop, shared->edges, graph_.isPinched, order_);
     if (loop.empty()) return false;
-    const NormalCone cone = coneOfBoth(a, b);
+    const Cone cone = coneOfBoth(a, b);
     if (cone.halfAngle.radians() > options_.widestCone.radians()) return false;
 
     next_[into.lastTriangle] = b;

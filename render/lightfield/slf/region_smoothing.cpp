@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/region_smoothing.h"
 
-#include "render/lightfield/slf/normal_cone.h"
+#include "render/lightfield/slf/cone.h"
 
 #include <algorithm>
 #include <array>

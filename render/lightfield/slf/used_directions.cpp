@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/used_directions.h"
 
-#include "render/lightfield/slf/bounds.h"
+#include "render/lightfield/slf/blackout_cone.h"
 #include "surfel/math/space.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "render/lightfield/slf/regions.h"
 
+#include "render/lightfield/slf/cone.h"
 #include "render/lightfield/slf/disc.h"
-#include "render/lightfield/slf/normal_cone.h"
 #include "render/lightfield/slf/triangle_graph.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/slf/meshes.h"

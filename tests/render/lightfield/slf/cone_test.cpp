@@ -1,6 +1,7 @@
-#include "render/lightfield/slf/normal_cone.h"
+#include "render/lightfield/slf/cone.h"
 
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -10,16 +11,13 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace surflect::slf {
 namespace {
 
 using namespace testing;
-
-double angleOf(const Vec3<double>& a, const Vec3<double>& b) {
-  return 2 * std::atan2((a - b).norm(), (a + b).norm());
-}
 
 std::vector<uint32_t> allTriangles(const TriangleMesh& mesh) {
   std::vector<uint32_t> all(mesh.triangles.size());
@@ -40,16 +38,16 @@ TriangleMesh pyramid(uint32_t n, double angle) {
   return meshOf(positions, triangles);
 }
 
-TEST(NormalCone, ConeOfAPyramidIsAlongItsAxis) {
+TEST(Cone, OfThePyramidsNormalsIsAlongItsAxis) {
   for (const double angle : {0.1, 0.7, 1.4}) {
     const TriangleMesh mesh = pyramid(5, angle);
-    const NormalCone cone = normalCone(mesh, allTriangles(mesh));
+    const Cone cone = normalCone(mesh, allTriangles(mesh));
     EXPECT_NEAR(cone.halfAngle.radians(), angle, 0.01 * angle);
-    EXPECT_LT(angleOf(cone.axis, Vec3<double>::UnitZ()), 0.02);
+    EXPECT_LT(angleBetween(cone.axis, Vec3<double>::UnitZ()), 0.02);
   }
 }
 
-TEST(NormalCone, UnevenAreasDoNotWidenIt) {
+TEST(Cone, UnevenAreasDoNotWidenIt) {
   // Many triangles face one way, one faces away by 1 radian: the axis is half-way.
   TriangleMesh mesh = squarePatch(20);
   const auto first = static_cast<uint32_t>(mesh.positions.size());
@@ -58,38 +56,63 @@ TEST(NormalCone, UnevenAreasDoNotWidenIt) {
   EXPECT_NEAR(normalCone(mesh, allTriangles(mesh)).halfAngle.radians(), 0.5, 0.005);
 }
 
-TEST(NormalCone, TrianglesWithoutAreaHaveNoNormal) {
+TEST(Cone, TrianglesWithoutAreaHaveNoNormal) {
   const TriangleMesh line = meshOf({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}});
   EXPECT_TRUE(normalCone(line, allTriangles(line)).isEmpty());
   const TriangleMesh mesh = together(line, squarePatch(1));
   EXPECT_EQ(normalCone(mesh, allTriangles(mesh)).halfAngle.radians(), 0);
 }
 
-TEST(NormalCone, ConeAroundTwoHoldsBothAndTouchesBoth) {
+TEST(Cone, ConeAroundTwoHoldsBothAndTouchesBoth) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> width(0, 0.7);
   const auto draw = [&] {
-    return NormalCone{Vec3<double>(normal(random), normal(random), normal(random)).normalized(),
-                      Angle::fromRadians(width(random))};
+    return Cone{Vec3<double>(normal(random), normal(random), normal(random)).normalized(),
+                Angle::fromRadians(width(random))};
   };
   for (int trial = 0; trial < 1000; ++trial) {
-    const NormalCone a = draw(), b = draw(), both = coneAround(a, b);
-    const double toA = angleOf(both.axis, a.axis) + a.halfAngle.radians();
-    const double toB = angleOf(both.axis, b.axis) + b.halfAngle.radians();
+    const Cone a = draw(), b = draw(), both = coneAround(a, b);
+    const double toA = angleBetween(both.axis, a.axis) + a.halfAngle.radians();
+    const double toB = angleBetween(both.axis, b.axis) + b.halfAngle.radians();
     EXPECT_NEAR(std::max(toA, toB), both.halfAngle.radians(), 1e-7);
-    const double between = angleOf(a.axis, b.axis);
+    const double between = angleBetween(a.axis, b.axis);
     const double smallest = std::max({a.halfAngle.radians(), b.halfAngle.radians(),
                                       (between + a.halfAngle.radians() + b.halfAngle.radians()) / 2});
     EXPECT_NEAR(both.halfAngle.radians(), std::min(smallest, std::numbers::pi), 1e-12);
   }
 }
 
-TEST(NormalCone, ConeAroundNoneIsTheOther) {
-  const NormalCone cone{Vec3<double>::UnitX(), Angle::fromRadians(0.3)};
+TEST(Cone, ConeAroundNoneIsTheOther) {
+  const Cone cone{Vec3<double>::UnitX(), Angle::fromRadians(0.3)};
   EXPECT_EQ(coneAround(cone, {}).axis, cone.axis);
   EXPECT_EQ(coneAround({}, cone).halfAngle.radians(), 0.3);
   EXPECT_TRUE(coneAround({}, {}).isEmpty());
+}
+
+TEST(Cone, IsAroundItsDirectionsAndNearlyTheNarrowest) {
+  std::mt19937 random(2);
+  for (int trial = 0; trial < 200; ++trial) {
+    // A circle of directions and others inside it.
+    const Vec3<double> axis = randomUnit(random), u = axis.unitOrthogonal(), v = axis.cross(u);
+    const double angle = std::uniform_real_distribution<double>(0.05, 1.4)(random);
+    std::vector<Vec3<double>> directions{Vec3<double>::Zero()};
+    for (int i = 0; i < 24; ++i) {
+      const double phi = 2 * std::numbers::pi * i / 24, theta = i % 2 ? angle : angle * i / 24;
+      directions.push_back(
+          (1 + i) * (std::cos(theta) * axis + std::sin(theta) * (std::cos(phi) * u + std::sin(phi) * v)));
+    }
+    const Cone cone = coneAround(directions);
+    for (size_t i = 1; i < directions.size(); ++i)
+      ASSERT_LE(angleBetween(cone.axis, directions[i]), cone.halfAngle.radians() + 1e-12);
+    EXPECT_LE(cone.halfAngle.radians(), 1.01 * angle);
+  }
+}
+
+TEST(Cone, OfDirectionsAllAroundIsWide) {
+  const std::vector<Vec3<double>> around{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
+  EXPECT_GE(coneAround(around).halfAngle.radians(), std::numbers::pi / 2);
+  EXPECT_TRUE(coneAround(std::span<const Vec3<double>>()).isEmpty());
 }
 
 } // namespace

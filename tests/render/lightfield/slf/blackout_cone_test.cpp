@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/bounds.h"
+#include "render/lightfield/slf/blackout_cone.h"
 
 #include "bench/slf/synthetic_field.h"
 #include "tests/render/lightfield/slf/cameras.h"
@@ -30,17 +30,13 @@ struct BoundedRegions {
   }
 };
 
-double angleBetween(const Vec3<double>& a, const Vec3<double>& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 Vec3<double> randomPlace(std::mt19937& random, double nearest) {
   std::uniform_real_distribution<double> distance(nearest, 4);
   const double d = distance(random);
   return d * randomUnit(random);
 }
 
-TEST(Bounds, ThePrismReachesAsFarAsTheRegionInEveryDirection) {
+TEST(BlackoutCone, ThePrismReachesAsFarAsTheRegionInEveryDirection) {
   const BoundedRegions regions;
   std::mt19937 random(1);
   for (size_t r = 0; r < regions.bounds.size(); ++r)
@@ -53,34 +49,7 @@ TEST(Bounds, ThePrismReachesAsFarAsTheRegionInEveryDirection) {
     }
 }
 
-TEST(Bounds, AConeIsAroundItsDirectionsAndNearlyTheNarrowest) {
-  std::mt19937 random(2);
-  for (int trial = 0; trial < 200; ++trial) {
-    // A circle of directions and others inside it.
-    const Vec3<double> axis = randomUnit(random), u = axis.unitOrthogonal(), v = axis.cross(u);
-    const double angle = std::uniform_real_distribution<double>(0.05, 1.4)(random);
-    std::vector<Vec3<double>> directions;
-    for (int i = 0; i < 24; ++i) {
-      const double phi = 2 * std::numbers::pi * i / 24, theta = i % 2 ? angle : angle * i / 24;
-      directions.push_back(
-          (1 + i) * (std::cos(theta) * axis + std::sin(theta) * (std::cos(phi) * u + std::sin(phi) * v)));
-    }
-    const Cone cone = coneAround(directions);
-    for (const Vec3<double>& direction : directions)
-      ASSERT_LE(angleBetween(cone.axis, direction), cone.angle + 1e-12);
-    EXPECT_LE(cone.angle, angle + 0.06);
-  }
-}
-
-TEST(Bounds, DirectionsAllAroundHaveNoNarrowCone) {
-  const std::vector<Vec3<double>> around{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
-  EXPECT_EQ(coneAround(around).angle, std::numbers::pi);
-  EXPECT_EQ(coneAround({}).angle, std::numbers::pi);
-  const std::vector<Vec3<double>> withZero{{1, 0, 0}, {0, 0, 0}};
-  EXPECT_EQ(coneAround(withZero).angle, std::numbers::pi);
-}
-
-TEST(Bounds, TheViewConeHoldsTheDirectionsFromAllOfTheRegion) {
+TEST(BlackoutCone, TheViewConeHoldsTheDirectionsFromAllOfTheRegion) {
   const BoundedRegions regions;
   std::mt19937 random(3);
   for (int trial = 0; trial < 100; ++trial) {
@@ -88,23 +57,24 @@ TEST(Bounds, TheViewConeHoldsTheDirectionsFromAllOfTheRegion) {
     for (size_t r = 0; r < regions.bounds.size(); ++r) {
       const RegionView view = viewOf(regions.bounds[r], viewer);
       for (const Vec3<double>& point : regions.points(r))
-        ASSERT_LE(angleBetween(view.cone.axis, viewer - point), view.cone.angle + 1e-9);
+        ASSERT_LE(angleBetween(view.cone.axis, viewer - point), view.cone.halfAngle.radians() + 1e-9);
     }
   }
 }
 
-TEST(Bounds, FromInsideThePrismAllDirectionsArePossible) {
+TEST(BlackoutCone, FromInsideThePrismAllDirectionsArePossible) {
   const BoundedRegions regions;
   for (const RegionBound& bound : regions.bounds) {
     Vec3<double> middle = Vec3<double>::Zero();
     for (const Vec3<double>& corner : bound.corners) middle += corner / static_cast<double>(kPrismCorners);
-    EXPECT_EQ(viewOf(bound, middle).cone.angle, std::numbers::pi);
-    EXPECT_EQ(viewOf(bound, bound.corners[3]).cone.angle, std::numbers::pi);
-    EXPECT_EQ(viewOf(bound, 0.9 * middle + 0.1 * bound.corners[5]).cone.angle, std::numbers::pi);
+    EXPECT_EQ(viewOf(bound, middle).cone.halfAngle.radians(), std::numbers::pi);
+    EXPECT_EQ(viewOf(bound, bound.corners[3]).cone.halfAngle.radians(), std::numbers::pi);
+    EXPECT_EQ(viewOf(bound, 0.9 * middle + 0.1 * bound.corners[5]).cone.halfAngle.radians(),
+              std::numbers::pi);
   }
 }
 
-TEST(Bounds, ARegionFacesAwayOnlyIfAllOfItsTrianglesDo) {
+TEST(BlackoutCone, ARegionFacesAwayOnlyIfAllOfItsTrianglesDo) {
   const BoundedRegions regions;
   std::mt19937 random(4);
   int away = 0, back = 0;
@@ -124,17 +94,25 @@ TEST(Bounds, ARegionFacesAwayOnlyIfAllOfItsTrianglesDo) {
   EXPECT_GT(away, back / 2);
 }
 
-TEST(Bounds, ATriangleWithoutAreaDoesNotTurnARegion) {
+TEST(BlackoutCone, ATriangleWithoutAreaDoesNotTurnARegion) {
   BoundedRegions regions;
   Chart chart = regions.field.regions[0].chart;
   chart.triangles.push_back({0, 0, 1});
   const RegionBound with = boundOf(regions.field.mesh, chart), without = regions.bounds[0];
-  EXPECT_EQ(with.normals.angle, without.normals.angle);
+  EXPECT_EQ(with.blackout.halfAngle.radians(), without.blackout.halfAngle.radians());
   chart.triangles = {{0, 0, 1}}; // of no area at all
-  EXPECT_EQ(boundOf(regions.field.mesh, chart).normals.angle, std::numbers::pi);
+  EXPECT_TRUE(boundOf(regions.field.mesh, chart).blackout.isEmpty());
 }
 
-TEST(Bounds, TheScreenRectHoldsAllPixelsOfTheRegion) {
+TEST(BlackoutCone, IsOppositeToTheNormalsAndARightAngleFromThem) {
+  const Cone normals{Vec3<double>(0.6, 0, 0.8), Angle::fromRadians(0.5)}, blackout = blackoutCone(normals);
+  EXPECT_EQ(blackout.axis, -normals.axis);
+  EXPECT_NEAR(blackout.halfAngle.radians(), std::numbers::pi / 2 - 0.5 - kTurnOver, 1e-12);
+  EXPECT_TRUE(blackoutCone({normals.axis, Angle::fromRadians(std::numbers::pi / 2)}).isEmpty());
+  EXPECT_TRUE(blackoutCone({}).isEmpty());
+}
+
+TEST(BlackoutCone, TheScreenRectHoldsAllPixelsOfTheRegion) {
   const BoundedRegions regions;
   std::mt19937 random(5);
   for (int trial = 0; trial < 100; ++trial) {
@@ -158,7 +136,7 @@ TEST(Bounds, TheScreenRectHoldsAllPixelsOfTheRegion) {
   }
 }
 
-TEST(Bounds, NoPixelShowsARegionBehindTheCamera) {
+TEST(BlackoutCone, NoPixelShowsARegionBehindTheCamera) {
   const BoundedRegions regions;
   const Camera camera = cameraAt({0, 0, 3}, {0, 0, 1}, 64, 48, 50);
   for (const RegionBound& bound : regions.bounds) EXPECT_FALSE(screenRect(bound, camera).has_value());

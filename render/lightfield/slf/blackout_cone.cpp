@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/bounds.h"
+#include "render/lightfield/slf/blackout_cone.h"
 
 #include <Eigen/Geometry>
 
@@ -14,25 +14,7 @@ namespace surflect::slf {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-Cone allDirections() { return {{0, 0, 1}, kPi}; }
 constexpr size_t kSides = kPrismCorners / 2;
-
-double angleBetween(const Vec3<double>& a, const Vec3<double>& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-// Centre of a ball around points, nearly the smallest. [Badoiu, Clarkson 2003, Smaller Core-Sets for Balls]
-Vec3<double> ballCenter(std::span<const Vec3<double>> points) {
-  constexpr int kSteps = 64;
-  Vec3<double> center = Vec3<double>::Zero();
-  for (const Vec3<double>& point : points) center += point / static_cast<double>(points.size());
-  for (int step = 1; step <= kSteps; ++step) {
-    const auto& farthest = *std::ranges::max_element(
-        points, {}, [&](const Vec3<double>& point) { return (point - center).squaredNorm(); });
-    center += (farthest - center) / (step + 1);
-  }
-  return center;
-}
 
 // Interval of the points along an axis.
 struct Extent {
@@ -74,24 +56,10 @@ std::array<Vec3<double>, kPrismCorners> prismAround(std::span<const Vec3<double>
 
 } // namespace
 
-Cone coneAround(std::span<const Vec3<double>> directions) {
-  if (directions.empty()) return allDirections();
-  std::vector<Vec3<double>> units;
-  for (const Vec3<double>& direction : directions) {
-    const double length = direction.norm();
-    if (!(length > 0 && length < std::numeric_limits<double>::infinity())) return allDirections();
-    units.push_back(direction / length);
-  }
-  // The narrowest cone of less than a half space is that of the smallest ball around the unit directions.
-  const Vec3<double> center = ballCenter(units);
-  if (!(center.norm() > 1e-6)) return allDirections();
-  Cone cone{center.normalized(), 0};
-  for (const Vec3<double>& unit : units) {
-    const double angle = angleBetween(cone.axis, unit);
-    if (!(angle < kPi / 2)) return allDirections();
-    cone.angle = std::max(cone.angle, angle);
-  }
-  return cone;
+Cone blackoutCone(const Cone& normals) {
+  const double angle = kPi / 2 - normals.halfAngle.radians() - kTurnOver;
+  if (normals.isEmpty() || !(angle > 0)) return {};
+  return {-normals.axis, Angle::fromRadians(angle)};
 }
 
 RegionBound boundOf(const TriangleMesh& mesh, const Chart& chart) {
@@ -99,18 +67,15 @@ RegionBound boundOf(const TriangleMesh& mesh, const Chart& chart) {
   std::vector<Vec3<double>> points, normals;
   Vec3<double> sum = Vec3<double>::Zero();
   for (const uint32_t vertex : chart.vertices) points.push_back(mesh.positions[vertex].cast<double>().raw());
-  for (const auto& [a, b, c] : chart.triangles) {
-    const Vec3<double> normal = (points[b] - points[a]).cross(points[c] - points[a]);
-    if (normal.squaredNorm() > 0) normals.push_back(normal);
-    sum += normal;
-  }
+  for (const auto& [a, b, c] : chart.triangles)
+    sum += normals.emplace_back((points[b] - points[a]).cross(points[c] - points[a]));
+  const Cone ofNormals = coneAround(normals);
   RegionBound bound;
-  bound.normals = coneAround(normals);
-  const bool isFlat = bound.normals.angle < kPi / 2;
-  const bool hasMean = sum.squaredNorm() > 0;
-  bound.corners = prismAround(points, isFlat    ? bound.normals.axis
-                                      : hasMean ? Vec3<double>(sum.normalized())
-                                                : Vec3<double>(Vec3<double>::UnitZ()));
+  bound.blackout = blackoutCone(ofNormals);
+  const Vec3<double> axis = !bound.blackout.isEmpty() ? ofNormals.axis
+                            : sum.squaredNorm() > 0   ? Vec3<double>(sum.normalized())
+                                                      : Vec3<double>(Vec3<double>::UnitZ());
+  bound.corners = prismAround(points, axis);
   return bound;
 }
 
@@ -120,7 +85,7 @@ RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer) {
   double scale = 0; // of the prism
   for (const Vec3<double>& corner : bound.corners) middle += corner / static_cast<double>(kPrismCorners);
   for (const Vec3<double>& corner : bound.corners) scale = std::max(scale, (corner - middle).norm());
-  view.cone = {(viewer - middle).normalized(), 0};
+  view.cone.axis = (viewer - middle).normalized();
   bool isOutside = (viewer - middle).norm() > 1e-6 * scale;
   for (size_t i = 0; i < kPrismCorners; ++i) {
     const Vec3<double> direction = viewer - bound.corners[i];
@@ -128,19 +93,20 @@ RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer) {
     isOutside &= isApart;
     view.directions[i] = isApart ? Vec3<double>(direction.normalized()) : Vec3<double>(Vec3<double>::UnitZ());
   }
-  if (isOutside)
-    for (const Vec3<double>& direction : view.directions)
-      view.cone.angle = std::max(view.cone.angle, angleBetween(view.cone.axis, direction));
+  double widest = 0;
+  for (const Vec3<double>& direction : view.directions)
+    widest = std::max(widest, angleBetween(view.cone.axis, direction));
+  view.cone.halfAngle = Angle::fromRadians(widest);
   // From inside, some corners lie in front and some behind.
   constexpr double kNearlyInside = kPi / 2 - 0.01;
-  if (!isOutside || !(view.cone.angle < kNearlyInside)) view.cone = allDirections();
+  if (!isOutside || !(widest < kNearlyInside)) view.cone = allDirections();
   return view;
 }
 
 bool isBackFacing(const RegionBound& bound, const RegionView& view) {
-  if (!(bound.normals.angle < kPi / 2) || !(view.cone.angle < kPi / 2)) return false;
-  return angleBetween(bound.normals.axis, view.cone.axis) >
-         kPi / 2 + bound.normals.angle + view.cone.angle + kTurnOver;
+  return !bound.blackout.isEmpty() &&
+         angleBetween(bound.blackout.axis, view.cone.axis) + view.cone.halfAngle.radians() <
+             bound.blackout.halfAngle.radians();
 }
 
 std::optional<gl::Rect> screenRect(const RegionBound& bound,

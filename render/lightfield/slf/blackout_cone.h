@@ -1,4 +1,5 @@
-// Bounds of a texture region, by which rendering passes are culled. [Azuma 1999, §3.1]
+// Blackout cone, view cone and screen rectangle of a texture region, by which rendering passes are culled.
+// [Azuma 1999, §3.1]
 //
 // All are conservative: a pixel that shows the region sees it along a direction of its view cone, lies in its
 // screen rectangle, and no pixel shows a region that isBackFacing().
@@ -6,6 +7,7 @@
 
 #include "render/gl/rect.h"
 #include "render/lightfield/slf/chart.h"
+#include "render/lightfield/slf/cone.h"
 #include "srf/capture/camera.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/math/space.h"
@@ -13,19 +15,8 @@
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <span>
 
 namespace surflect::slf {
-
-// Directions within `angle` (radians) of a unit axis; from pi on, all directions.
-struct Cone {
-  Vec3<double> axis = {0, 0, 1};
-  double angle = 0;
-};
-
-// Cone around directions that need not be unit; all directions if one of them is zero or not finite.
-// Nearly the narrowest.
-Cone coneAround(std::span<const Vec3<double>> directions);
 
 inline constexpr size_t kPrismCorners = 16;
 
@@ -33,10 +24,13 @@ inline constexpr size_t kPrismCorners = 16;
 // angle, in radians, may therefore turn over and be drawn.
 inline constexpr double kTurnOver = 0.02;
 
+// Directions to the viewer that are more than a right angle from all normals, so that no triangle is drawn.
+// Empty if the normals span half the sphere, or there are none.
+Cone blackoutCone(const Cone& normals);
+
 struct RegionBound {
-  std::array<Vec3<double>, kPrismCorners>
-      corners;  // of an octagonal prism around the region; acquisition space
-  Cone normals; // of the region's triangles; those without area are left out
+  std::array<Vec3<double>, kPrismCorners> corners; // of an octagonal prism around it; acquisition space
+  Cone blackout;                                   // of its triangles; those without area are left out
 };
 
 // The chart must have triangles.
@@ -49,8 +43,8 @@ struct RegionView {
 };
 RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer);
 
-// Whether the viewer is so far behind all triangles of the region that none of them can be drawn. The
-// region's blackout cone, turned to the viewer, then holds the region's view cone.
+// Returns whether the viewer is so far behind all triangles of the region that none of them can be drawn: the
+// blackout cone then holds the view cone.
 bool isBackFacing(const RegionBound& bound, const RegionView& view);
 
 // Pixels that can show the region, within the picture; empty if there are none. For pinholes.
