@@ -1,6 +1,5 @@
 #include "render/lightfield/slf/adaptive_directions.h"
 
-#include "render/lightfield/slf/resample.h"
 #include "srf/ulr/ulr.h"
 
 #include <tbb/parallel_for.h>

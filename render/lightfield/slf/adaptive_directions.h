@@ -7,7 +7,7 @@
 #pragma once
 
 #include "render/lightfield/slf/direction_mesh.h"
-#include "render/lightfield/slf/observations.h"
+#include "render/lightfield/slf/resample.h"
 #include "render/lightfield/slf/texel_radiance.h"
 
 #include <cstddef>

@@ -7,13 +7,11 @@
 #include "render/lightfield/slf/adaptive_directions.h"
 #include "render/lightfield/slf/charts.h"
 #include "render/lightfield/slf/field_file.h"
-#include "render/lightfield/slf/observations.h"
 #include "render/lightfield/slf/regions.h"
 #include "render/lightfield/slf/resample.h"
 #include "render/lightfield/slf/texel_points.h"
 #include "render/lightfield/slf/texture_file.h"
 #include "render/lightfield/slf/unseen_regions.h"
-#include "render/lightfield/slf/used_directions.h"
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"
 #include "surfel/base/stopwatch.h"
@@ -142,6 +140,7 @@ public:
     field_.directionMeshes.push_back(base_);
     meshIndices_[directionsOf(base_)] = 0;
     if (options_.tolerance > 0) whiteLevel_ = photographs_.whiteLevel();
+    report.regions = charts_.size();
     report.photographs = photographs_.size();
   }
 
@@ -298,9 +297,7 @@ BuildReport buildWithCharts(const lightfield::Views& views, std::vector<Chart> c
   lightfield::LightFieldWriter folder(path, kFormatTag, kFormatVersion);
   const double area = surfaceArea(views.mesh());
   const double texelSize = std::sqrt(area / static_cast<double>(std::max<size_t>(1, texelsOf(charts))));
-  const AtlasReport atlas = atlasReport(views.mesh(), charts, texelSize, progress);
   Builder builder(views, std::move(charts), options, progress);
-  builder.report.atlas = atlas;
   builder.report.texelSize = texelSize;
   builder.report.pixelFootprint = lightfield::pixelFootprint(views.mesh(), trainingCameras(views));
   TextureWriter textures(folder.file(kTexturesFile));
@@ -312,7 +309,7 @@ BuildReport buildWithCharts(const lightfield::Views& views, std::vector<Chart> c
     const capture::Capture training = capture::subset(
         views.capture(), [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
     folder.commit(training, views.mesh(),
-                  {{"regions", static_cast<double>(builder.report.atlas.regions)},
+                  {{"regions", static_cast<double>(builder.report.regions)},
                    {"textures", static_cast<double>(builder.report.textures)},
                    {"texels", static_cast<double>(builder.report.texels)},
                    {"surface_texels", static_cast<double>(builder.report.surfaceTexels)}},
@@ -338,7 +335,6 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
   const double seconds = watch.seconds();
   BuildReport report = buildWithCharts(views, std::move(fitted.charts), options, folder, progress);
   report.texelSize = texelSize;
-  report.atlas.cost = static_cast<double>(report.surfaceTexels) * texelSize * texelSize / surfaceArea(mesh);
   report.regionSeconds = seconds;
   return report;
 }

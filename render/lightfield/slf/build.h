@@ -2,7 +2,6 @@
 #pragma once
 
 #include "render/lightfield/common/views.h"
-#include "render/lightfield/slf/atlas_report.h"
 #include "render/lightfield/slf/chart.h"
 #include "render/lightfield/slf/texel_radiance.h"
 #include "surfel/base/progress.h"
@@ -30,7 +29,7 @@ struct BuildOptions {
 inline constexpr size_t kMostTexels = 500'000;
 
 struct BuildReport {
-  AtlasReport atlas;
+  size_t regions = 0;
   size_t photographs = 0;
   double texelSize = 0;       // in scene units
   double pixelFootprint = 0;  // width of a photograph's pixel on the surface, in scene units

@@ -2,8 +2,6 @@
 
 #include "render/lightfield/slf/disc.h"
 #include "render/lightfield/slf/parametrization.h"
-#include "render/lightfield/slf/plane_border.h"
-#include "render/lightfield/slf/stretch.h"
 #include "render/lightfield/slf/triangle_graph.h"
 #include "surfel/base/error.h"
 
@@ -47,14 +45,13 @@ float withGutter(double x, int side) {
   return static_cast<float>((0.5 + std::clamp(x, 0.0, 1.0) * (side - 1)) / side);
 }
 
-// Positive triangles within a border that does not cross itself cover each of its points once.
-bool isOneToOne(const Chart& chart, std::span<const uint32_t> border) {
+// Positive triangles within a convex border cover each of its points once; rounding keeps the order of
+// vertices along each side.
+bool isOneToOne(const Chart& chart) {
   const auto at = [&](uint32_t v) -> Vec2<double> { return chart.coordinates[v].cast<double>(); };
-  for (const auto& [i, j, k] : chart.triangles)
-    if (!(planeArea(at(i), at(j), at(k)) > 0)) return false;
-  std::vector<Vec2<double>> polygon;
-  for (const uint32_t v : border) polygon.push_back(at(v));
-  return !crossesItself(polygon);
+  return std::ranges::all_of(chart.triangles, [&](const auto& corners) {
+    return planeArea(at(corners[0]), at(corners[1]), at(corners[2])) > 0;
+  });
 }
 
 // A disc with its map.
@@ -75,30 +72,22 @@ std::optional<Chart> chartOf(const MappedDisc& mapped, double texelSize) {
   chart.width = sideOf(spacings[0]), chart.height = sideOf(spacings[1]);
   for (const Vec2<double>& p : map.coordinates)
     chart.coordinates.emplace_back(withGutter(p.x(), chart.width), withGutter(p.y(), chart.height));
-  if (!isOneToOne(chart, disc.border)) return std::nullopt;
+  if (!isOneToOne(chart)) return std::nullopt;
   return chart;
-}
-
-double areaOf(const Disc& disc) {
-  double area = 0;
-  for (const auto& [i, j, k] : disc.triangles)
-    area += (disc.positions[j] - disc.positions[i]).cross(disc.positions[k] - disc.positions[i]).norm() / 2;
-  return area;
 }
 
 // Maps a disc; its parts where it cannot be mapped as a whole.
 class Mapper {
 public:
   Mapper(const TriangleMesh& mesh, double texelSize, const Progress& progress)
-      : mesh_(mesh), graph_(triangleGraph(mesh, progress)), texelSize_(texelSize), progress_(progress) {}
+      : mesh_(mesh), graph_(triangleGraph(mesh, progress)), texelSize_(texelSize) {}
 
   void addMaps(std::span<const uint32_t> triangles, std::vector<MappedDisc>& maps) const {
     std::optional<Disc> disc = discOf(mesh_, graph_, triangles);
     assert(disc && "regions are discs");
     MappedDisc mapped{std::move(*disc), {}};
-    const double texels = std::max(1.0, areaOf(mapped.disc) / (texelSize_ * texelSize_));
     for (int roughness = 0; roughness <= kRoughest; ++roughness) {
-      mapped.map = parametrizationOf(mapped.disc, texels, roughness, progress_);
+      mapped.map = parametrizationOf(mapped.disc, roughness);
       if (!chartOf(mapped, texelSize_)) continue;
       maps.push_back(std::move(mapped));
       return;
@@ -118,7 +107,6 @@ private:
   const TriangleMesh& mesh_;
   const TriangleGraph graph_;
   const double texelSize_;
-  const Progress& progress_;
 };
 
 void requireTexelSize(double texelSize) {

@@ -51,6 +51,35 @@ std::vector<uint32_t> discBorder(std::span<const std::array<uint32_t, 3>> triang
   return border.size() == borderEdges && next[border.back()] == start ? border : std::vector<uint32_t>();
 }
 
+std::vector<uint32_t> unitedLoop(std::span<const uint32_t> a, std::span<const uint32_t> b, size_t sharedEdges,
+                                 std::span<const uint8_t> isPinched, std::span<uint32_t> order) {
+  const size_t n = a.size(), m = b.size();
+  if (sharedEdges == 0 || n + m < 2 * sharedEdges + 3) return {};
+  // Each shared path, and each lone shared place, has one place more than edges. So sharedEdges + 1 shared
+  // places mean exactly one path and nothing else.
+  for (size_t j = 0; j < m; ++j) order[b[j]] = static_cast<uint32_t>(j) + 1;
+  const auto sharedPlaces =
+      static_cast<size_t>(std::ranges::count_if(a, [&](uint32_t v) { return order[v]; }));
+  const auto isShared = [&](size_t i) { // edge from a[i], which b passes the other way
+    const uint32_t from = order[a[i]], to = order[a[(i + 1) % n]];
+    return from && to && from - 1 == to % m;
+  };
+  std::vector<uint32_t> loop;
+  if (sharedPlaces == sharedEdges + 1) {
+    size_t first = 0; // where the path starts in a
+    while (!(isShared(first) && !isShared((first + n - 1) % n))) ++first;
+    bool isLegal = true;
+    for (size_t i = 1; i < sharedEdges; ++i) isLegal &= !isPinched[a[(first + i) % n]];
+    if (isLegal) {
+      for (size_t i = sharedEdges; i <= n; ++i) loop.push_back(a[(first + i) % n]);
+      const size_t end = order[a[first]] - 1; // where the path ends in b
+      for (size_t j = 1; j < m - sharedEdges; ++j) loop.push_back(b[(end + j) % m]);
+    }
+  }
+  for (const uint32_t v : b) order[v] = 0;
+  return loop;
+}
+
 std::optional<Disc> discOf(const TriangleMesh& mesh, const TriangleGraph& graph,
                            std::span<const uint32_t> triangles) {
   Disc disc;

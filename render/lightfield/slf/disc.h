@@ -6,6 +6,7 @@
 #include "surfel/math/space.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -28,5 +29,11 @@ std::optional<Disc> discOf(const TriangleMesh& mesh, const TriangleGraph& graph,
 
 // Border loop of triangles over `vertices` vertices, as described above; empty if they are no disc.
 std::vector<uint32_t> discBorder(std::span<const std::array<uint32_t, 3>> triangles, size_t vertices);
+
+// Border of the union of two discs, given their borders: counter-clockwise loops of places. Empty unless the
+// union is a disc: the loops share one path of `sharedEdges` edges and no other place, no place within the
+// path is pinched, and what is left has at least three edges. `order` is scratch memory, #places of 0.
+std::vector<uint32_t> unitedLoop(std::span<const uint32_t> a, std::span<const uint32_t> b, size_t sharedEdges,
+                                 std::span<const uint8_t> isPinched, std::span<uint32_t> order);
 
 } // namespace surflect::slf

@@ -32,7 +32,7 @@ inline constexpr const char* kTexturesFile = "textures.bin";
 
 // Position of each texture in textures.bin, in texels, by region and direction.
 using TexturePlaces = std::vector<std::vector<uint64_t>>;
-// Place of a direction whose texture is not stored, because no picture can need it (used_directions.h).
+// Place of a direction whose texture is not stored, because no picture can need it (resample.h).
 inline constexpr uint64_t kNotStored = UINT64_MAX;
 
 // Content of field.bin.

@@ -1,24 +1,53 @@
 #include "render/lightfield/slf/parametrization.h"
 
-#include "render/lightfield/slf/convex_map.h"
-#include "render/lightfield/slf/square_border.h"
-#include "render/lightfield/slf/stretch_descent.h"
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
 
 #include <algorithm>
-#include <array>
+#include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace surflect::slf {
 
 namespace {
 
-constexpr double kGapTexels = 2; // width of a gap in the border
+using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr std::array<SquareShape, kRoughest + 1> kShapes = {SquareShape{0.02, 0}, SquareShape{0.02, 0},
-                                                            SquareShape{0.05, 0.5}, SquareShape{0.15, 1}};
+// Angles and lengths are kept this far from 0, relative to a straight angle and to the mean length: weights
+// stay positive and finite at triangles without area.
+constexpr double kLeast = 1e-4;
+
+double tangentOfHalfAngle(const Vec3<double>& a, const Vec3<double>& b) {
+  const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
+  return std::tan(std::clamp(angle, kLeast * std::numbers::pi, (1 - kLeast) * std::numbers::pi) / 2);
+}
+
+double meanEdge(const Disc& disc) {
+  double sum = 0;
+  for (const auto& triangle : disc.triangles)
+    for (size_t k = 0; k < 3; ++k)
+      sum += (disc.positions[triangle[(k + 1) % 3]] - disc.positions[triangle[k]]).norm();
+  return sum / static_cast<double>(3 * disc.triangles.size());
+}
+
+// Point of the lower side at 0..1 of its length: a parabola through the corners that touches y = 0.
+Vec2<double> lowerSide(double along, double bulge) {
+  const double x = bulge + (1 - 2 * bulge) * along;
+  const double fromMiddle = 2 * along - 1;
+  return {x, bulge * fromMiddle * fromMiddle};
+}
+
+// Turned by quarters of a turn about the middle of the square.
+Vec2<double> quarterTurns(Vec2<double> p, size_t quarters) {
+  for (size_t i = 0; i < quarters; ++i) p = Vec2<double>(1 - p.y(), p.x());
+  return p;
+}
+
+constexpr std::array<SquareShape, kRoughest + 1> kShapes = {SquareShape{0.02, 0}, SquareShape{0.05, 0.5},
+                                                            SquareShape{0.15, 1}};
 
 // A border of three vertices keeps its shape: its longest edge lies along the lower side.
 std::vector<Vec2<double>> triangleInSquare(const Disc& disc) {
@@ -38,15 +67,15 @@ std::vector<Vec2<double>> triangleInSquare(const Disc& disc) {
 }
 
 MeanWeights weightsFor(int roughness) {
-  return roughness <= 1 ? MeanWeights::meanValue : MeanWeights::uniform;
+  return roughness == 0 ? MeanWeights::meanValue : MeanWeights::uniform;
 }
 
 class CornerSearch {
 public:
   CornerSearch(const Disc& disc, int roughness)
       : disc_(disc), shape_(kShapes[static_cast<size_t>(roughness)]), map_(disc, weightsFor(roughness)) {
-    // Triangles whose corners are all on the border are nearly flat on a side of the square, until the border
-    // moves: their stretch would outweigh all others.
+    // Triangles whose corners are all on the border are nearly flat on a side of the square: their stretch
+    // would outweigh all others.
     std::vector<uint8_t> isBorder(disc.vertices.size(), 0);
     for (const uint32_t v : disc.border) isBorder[v] = 1;
     for (const auto& [i, j, k] : disc.triangles)
@@ -125,14 +154,146 @@ private:
 
 } // namespace
 
-Parametrization parametrizationOf(const Disc& disc, double texels, int roughness, const Progress& progress) {
+double StretchSums::leastStretch() const {
+  // A sum of infinity and 0 is infinite, where their product is not a number.
+  return std::isfinite(a + c) ? 2 * std::sqrt(a) * std::sqrt(c) : std::numeric_limits<double>::infinity();
+}
+
+double StretchSums::bestAspect() const { return std::sqrt(a / c); }
+
+StretchSums stretchSums(std::span<const Vec3<double>> positions,
+                        std::span<const std::array<uint32_t, 3>> triangles,
+                        std::span<const Vec2<double>> coordinates) {
+  StretchSums sums;
+  for (const auto& [i, j, k] : triangles) {
+    const std::array q = {positions[i], positions[j], positions[k]};
+    const std::array p = {coordinates[i], coordinates[j], coordinates[k]};
+    const double area = (q[1] - q[0]).cross(q[2] - q[0]).norm() / 2;
+    const double flat = planeArea(p[0], p[1], p[2]);
+    sums.area += area, sums.planeArea += flat;
+    if (!(flat > 0)) {
+      sums.a = sums.c = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    // With edges from the first corner, S_s and S_t need no differences of far positions.
+    const Vec3<double> d = q[1] - q[0], e = q[2] - q[0];
+    const Vec2<double> pd = p[1] - p[0], pe = p[2] - p[0];
+    const Vec3<double> ss = (d * pe.y() - e * pd.y()) / (2 * flat),
+                       st = (e * pd.x() - d * pe.x()) / (2 * flat);
+    sums.a += area * ss.squaredNorm(), sums.c += area * st.squaredNorm();
+  }
+  return sums;
+}
+
+struct ConvexMap::System {
+  std::vector<uint32_t> border;
+  std::vector<int> unknowns; // #vertices; row of each interior vertex, -1 - place in the border of others
+  Sparse borderWeights;      // interior x border
+  Eigen::SparseLU<Sparse> solver;
+  bool isSolvable = true;
+};
+
+ConvexMap::ConvexMap(const Disc& disc, MeanWeights weights) {
+  auto system = std::make_unique<System>();
+  system->border = disc.border;
+  system->unknowns.assign(disc.vertices.size(), 0);
+  for (size_t i = 0; i < disc.border.size(); ++i) system->unknowns[disc.border[i]] = -1 - static_cast<int>(i);
+  int count = 0;
+  for (int& unknown : system->unknowns)
+    if (unknown >= 0) unknown = count++;
+
+  const double least = std::max(kLeast * meanEdge(disc), std::numeric_limits<double>::min());
+  std::vector<Eigen::Triplet<double>> inner, outer;
+  std::vector<double> sums(static_cast<size_t>(count), 0);
+  // A triangle adds tan(angle / 2) / length to the weights of both edges at each corner.
+  for (const auto& triangle : disc.triangles)
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t at = triangle[k];
+      const int row = system->unknowns[at];
+      if (row < 0) continue;
+      const std::array others = {triangle[(k + 1) % 3], triangle[(k + 2) % 3]};
+      const Vec3<double> d = disc.positions[others[0]] - disc.positions[at];
+      const Vec3<double> e = disc.positions[others[1]] - disc.positions[at];
+      const double tangent = weights == MeanWeights::meanValue ? tangentOfHalfAngle(d, e) : 1;
+      const std::array lengths = {d.norm(), e.norm()};
+      for (size_t j = 0; j < 2; ++j) {
+        const double weight =
+            weights == MeanWeights::meanValue ? tangent * least / std::max(lengths[j], least) : 1;
+        const int column = system->unknowns[others[j]];
+        sums[static_cast<size_t>(row)] += weight;
+        if (column >= 0)
+          inner.emplace_back(row, column, -weight);
+        else
+          outer.emplace_back(row, -1 - column, weight);
+      }
+    }
+  for (int row = 0; row < count; ++row) inner.emplace_back(row, row, sums[static_cast<size_t>(row)]);
+
+  // Rows are scaled so that their weights sum to 1.
+  Sparse matrix(count, count);
+  matrix.setFromTriplets(inner.begin(), inner.end());
+  system->borderWeights.resize(count, static_cast<int>(disc.border.size()));
+  system->borderWeights.setFromTriplets(outer.begin(), outer.end());
+  const Eigen::VectorXd scales =
+      Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size())).cwiseInverse();
+  matrix = (scales.asDiagonal() * matrix).eval();
+  system->borderWeights = (scales.asDiagonal() * system->borderWeights).eval();
+  if (count > 0) {
+    system->solver.compute(matrix);
+    system->isSolvable = system->solver.info() == Eigen::Success;
+  }
+  system_ = std::move(system);
+}
+
+ConvexMap::~ConvexMap() = default;
+ConvexMap::ConvexMap(ConvexMap&&) noexcept = default;
+
+std::vector<Vec2<double>> ConvexMap::operator()(std::span<const Vec2<double>> border) const {
+  Eigen::MatrixX2d fixed(static_cast<Eigen::Index>(border.size()), 2);
+  for (size_t i = 0; i < border.size(); ++i) fixed.row(static_cast<Eigen::Index>(i)) = border[i].transpose();
+  Eigen::MatrixX2d inner(system_->borderWeights.rows(), 2);
+  if (!system_->isSolvable)
+    inner.setConstant(std::numeric_limits<double>::quiet_NaN());
+  else if (inner.rows() > 0)
+    inner = system_->solver.solve(Eigen::MatrixX2d(system_->borderWeights * fixed));
+  std::vector<Vec2<double>> coordinates(system_->unknowns.size());
+  for (size_t v = 0; v < coordinates.size(); ++v) {
+    const int unknown = system_->unknowns[v];
+    coordinates[v] = unknown >= 0 ? Vec2<double>(inner.row(unknown).transpose())
+                                  : border[static_cast<size_t>(-1 - unknown)];
+  }
+  return coordinates;
+}
+
+std::vector<Vec2<double>> squareBorder(const Disc& disc, const SquareCorners& corners,
+                                       const SquareShape& shape) {
+  const size_t n = disc.border.size();
+  assert(n >= 4 && corners[0] < corners[1] && corners[1] < corners[2] && corners[2] < corners[3] &&
+         corners[3] < n);
+  assert(shape.bulge > 0 && shape.bulge < 1.0 / 6);
+  const auto positionOf = [&](size_t i) -> const Vec3<double>& { return disc.positions[disc.border[i % n]]; };
+  std::vector<Vec2<double>> result(n);
+  for (size_t side = 0; side < 4; ++side) {
+    const size_t first = corners[side], count = side < 3 ? corners[side + 1] - first : corners[0] + n - first;
+    std::vector<double> reached(count + 1, 0);
+    for (size_t i = 0; i < count; ++i)
+      reached[i + 1] = reached[i] + (positionOf(first + i + 1) - positionOf(first + i)).norm();
+    for (size_t i = 0; i < count; ++i) {
+      const double even = static_cast<double>(i) / static_cast<double>(count);
+      const double byLength = reached[count] > 0 ? reached[i] / reached[count] : even;
+      const double along = byLength + shape.evenness * (even - byLength);
+      result[(first + i) % n] = quarterTurns(lowerSide(along, shape.bulge), side);
+    }
+  }
+  return result;
+}
+
+Parametrization parametrizationOf(const Disc& disc, int roughness) {
   Parametrization result;
   if (disc.border.size() > 3)
     result.coordinates = CornerSearch(disc, roughness).run();
   else
     result.coordinates = ConvexMap(disc, weightsFor(roughness))(triangleInSquare(disc));
-  if (roughness == 0)
-    lowerStretch(disc, result.coordinates, {.clearance = kGapTexels / std::sqrt(texels)}, progress);
   result.stretch = stretchSums(disc.positions, disc.triangles, result.coordinates);
   return result;
 }

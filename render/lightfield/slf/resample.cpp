@@ -1,6 +1,7 @@
 #include "render/lightfield/slf/resample.h"
 
 #include "render/lightfield/common/pull_push.h"
+#include "render/lightfield/slf/blackout_cone.h"
 #include "srf/image/half_float.h"
 #include "srf/ulr/ulr.h"
 
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace surflect::slf {
 
@@ -34,6 +36,40 @@ bool isObserved(std::span<const Observation> observations, const Direction3<Acqu
 }
 
 } // namespace
+
+Observations::Observations(std::span<const TexelPoint> points, const TriangleMesh& mesh,
+                           const SmoothNormals& normals, const lightfield::Sight& sight) {
+  std::vector<std::vector<Observation>> seen(points.size());
+  tbb::parallel_for(size_t{0}, points.size(), [&](size_t texel) {
+    const TexelPoint& point = points[texel];
+    if (point.meshTriangle != TexelPoint::kNone)
+      seen[texel] =
+          sight.observations(lightfield::surfacePoint(mesh, normals, point.meshTriangle, point.position));
+  });
+  first_.push_back(0);
+  for (const std::vector<Observation>& observations : seen) {
+    all_.insert(all_.end(), observations.begin(), observations.end());
+    first_.push_back(all_.size());
+  }
+}
+
+std::vector<uint8_t> usedDirections(const TriangleMesh& mesh, const Chart& chart,
+                                    const DirectionMesh& directions) {
+  const size_t count = directions.directions().size();
+  std::vector<uint8_t> isInFront(count, 0), isUsed(count, 0);
+  for (const uint32_t triangle : chart.meshTriangles) {
+    const Vec3<double> area = areaVector(mesh, triangle);
+    if (!(area.squaredNorm() > 0)) continue;
+    const Vec3<double> normal = area.normalized();
+    for (size_t i = 0; i < count; ++i)
+      if (directions.directions()[i].raw().dot(normal) > -std::sin(kTurnOver)) isInFront[i] = 1;
+  }
+  // A direction between corners that are all behind is behind too.
+  for (const auto& corners : directions.triangles())
+    if (std::ranges::any_of(corners, [&](uint32_t corner) { return isInFront[corner] == 1; }))
+      for (const uint32_t corner : corners) isUsed[corner] = 1;
+  return isUsed;
+}
 
 Texel texelOf(const Vec3<float>& radiance, bool isObserved) {
   Texel texel{};

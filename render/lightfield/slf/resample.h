@@ -5,10 +5,14 @@
 // direction mesh there; otherwise its value is extrapolated from other directions or filled in.
 #pragma once
 
+#include "render/lightfield/common/sight.h"
+#include "render/lightfield/slf/chart.h"
 #include "render/lightfield/slf/direction_mesh.h"
 #include "render/lightfield/slf/field.h"
-#include "render/lightfield/slf/observations.h"
+#include "render/lightfield/slf/texel_points.h"
 #include "render/lightfield/slf/texel_radiance.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/geometry/smooth_normals.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>
@@ -17,6 +21,28 @@
 #include <vector>
 
 namespace surflect::slf {
+
+// Observations of all texels of a chart, in the order of photographs.
+class Observations {
+public:
+  Observations(std::span<const TexelPoint> points, const TriangleMesh& mesh, const SmoothNormals& normals,
+               const lightfield::Sight& sight);
+
+  size_t texels() const { return first_.size() - 1; }
+  std::span<const Observation> of(size_t texel) const {
+    return std::span(all_).subspan(first_[texel], first_[texel + 1] - first_[texel]);
+  }
+
+private:
+  std::vector<size_t> first_; // #texels + 1
+  std::vector<Observation> all_;
+};
+
+// Marks the directions whose textures a picture of a region can need; #directions. 1 if the direction is a
+// corner of a triangle of the direction mesh in which some direction is in front of some triangle of the
+// region. The region shows only its back in the other directions, and is not drawn there.
+std::vector<uint8_t> usedDirections(const TriangleMesh& mesh, const Chart& chart,
+                                    const DirectionMesh& directions);
 
 struct RegionTextures {
   std::vector<std::vector<Texel>> textures; // one per direction; empty for directions that are not used
@@ -29,7 +55,7 @@ struct RegionTextures {
 // Largest angle between each direction and its neighbours in the mesh, as 1 - cos(angle).
 std::vector<float> spacingPenalties(const DirectionMesh& directions);
 
-// Textures with rows of `width` texels. isUsed: #directions, see used_directions.h. A region that no
+// Textures with rows of `width` texels. isUsed: #directions, see usedDirections(). A region that no
 // photograph sees is black, and nowhere observed.
 RegionTextures resample(const Observations& observations, int width, const DirectionMesh& directions,
                         std::span<const uint8_t> isUsed, Blend blend);

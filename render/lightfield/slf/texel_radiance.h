@@ -6,8 +6,8 @@
 // radiance and fade of observation v.
 #pragma once
 
+#include "render/lightfield/common/sight.h"
 #include "render/lightfield/slf/direction_mesh.h"
-#include "render/lightfield/slf/observations.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>
@@ -16,6 +16,8 @@
 #include <vector>
 
 namespace surflect::slf {
+
+using lightfield::Observation;
 
 enum class Blend {
   nearest, // the photograph from nearest to the direction  [Azuma 1999, §5.1]

@@ -81,7 +81,7 @@ TEST(Build, AnObjectOfOneColourHasThatColourInEveryTexel) {
 TEST(Build, TheReportCountsWhatIsInTheFolder) {
   const Built built(boxes::unitCube(), constant, {studio::spiral(24), 32, 0.3});
   EXPECT_EQ(built.report.photographs, 24u);
-  EXPECT_EQ(built.report.atlas.regions, 6u);
+  EXPECT_EQ(built.report.regions, 6u);
   EXPECT_EQ(built.report.surfaceTexels, size_t{6 * kChartSide * kChartSide});
   EXPECT_EQ(built.report.textures, size_t{6 * 18});
   EXPECT_LT(built.report.texturesStored, built.report.textures);
@@ -224,7 +224,7 @@ TEST(Build, ItCutsAMeshIntoRegionsOfAboutTheWantedTexels) {
   const lightfield::Views views(folder / "views");
   const BuildReport report =
       build(views, {.regions = 20, .texels = 4000, .directions = 18}, folder / "field");
-  EXPECT_EQ(report.atlas.regions, 20u);
+  EXPECT_EQ(report.regions, 20u);
   EXPECT_LE(report.surfaceTexels, 4400u);
   EXPECT_GE(report.surfaceTexels, 2000u);
   // Radiance of the sphere is that of its normals.

@@ -70,5 +70,61 @@ TEST(Disc, ATriangleIsADisc) {
 
 TEST(Disc, NoTrianglesAreNone) { EXPECT_FALSE(discOfAll({})); }
 
+using Loop = std::vector<uint32_t>;
+
+// Union with no pinched place; checks that scratch memory is left clean.
+Loop united(const Loop& a, const Loop& b, size_t sharedEdges, std::vector<uint8_t> isPinched = {}) {
+  isPinched.resize(20, 0);
+  std::vector<uint32_t> order(20, 0);
+  const Loop loop = unitedLoop(a, b, sharedEdges, isPinched, order);
+  EXPECT_EQ(std::ranges::count(order, 0u), 20);
+  return loop;
+}
+
+// Loop that starts at its lowest place.
+Loop rotated(Loop loop) {
+  std::ranges::rotate(loop, std::ranges::min_element(loop));
+  return loop;
+}
+
+TEST(DiscBorders, LoopsUniteAlongOnePathWhereverTheyStart) {
+  for (size_t i = 0; i < 5; ++i)
+    for (size_t j = 0; j < 4; ++j) {
+      Loop a = {0, 1, 2, 3, 4}, b = {3, 2, 1, 5};
+      std::ranges::rotate(a, a.begin() + static_cast<ptrdiff_t>(i));
+      std::ranges::rotate(b, b.begin() + static_cast<ptrdiff_t>(j));
+      EXPECT_EQ(rotated(united(a, b, 2)), (Loop{0, 1, 5, 3, 4}));
+      EXPECT_EQ(rotated(united(b, a, 2)), (Loop{0, 1, 5, 3, 4}));
+    }
+}
+
+TEST(DiscBorders, TrianglesUniteToAQuadrangle) {
+  EXPECT_EQ(rotated(united({0, 1, 2}, {2, 1, 3}, 1)), (Loop{0, 1, 3, 2}));
+}
+
+TEST(DiscBorders, ATriangleFillsANotchOfTwoEdges) {
+  EXPECT_EQ(rotated(united({0, 1, 2, 3}, {2, 1, 0}, 2)), (Loop{0, 2, 3}));
+}
+
+TEST(DiscBorders, LoopsThatTouchAtAFurtherPlaceStayApart) {
+  EXPECT_TRUE(united({0, 1, 2, 3, 4}, {2, 1, 5, 4}, 1).empty()); // would be a ring, or pinched at 4
+}
+
+TEST(DiscBorders, LoopsThatShareTwoPathsStayApart) {
+  EXPECT_TRUE(united({0, 1, 2, 3, 4, 5}, {1, 0, 4, 3}, 2).empty());
+}
+
+TEST(DiscBorders, ClosedSurfacesStayOpen) {
+  EXPECT_TRUE(united({0, 1, 2}, {2, 1, 0}, 3).empty());
+  EXPECT_TRUE(united({0, 1, 2}, {2, 1, 0}, 2).empty()); // the third edge is not shared, but has the same ends
+}
+
+TEST(DiscBorders, PinchedPlacesStayOnTheBorder) {
+  EXPECT_TRUE(united({0, 1, 2, 3, 4}, {3, 2, 1, 5}, 2, {0, 0, 1}).empty());
+  EXPECT_FALSE(united({0, 1, 2, 3, 4}, {3, 2, 1, 5}, 2, {0, 1, 0, 1}).empty());
+}
+
+TEST(DiscBorders, LoopsWithoutASharedEdgeStayApart) { EXPECT_TRUE(united({0, 1, 2}, {2, 3, 4}, 0).empty()); }
+
 } // namespace
 } // namespace surflect::slf

@@ -231,5 +231,50 @@ TEST(Regions, CanBeCancelled) {
   EXPECT_THROW(regionsOf(squarePatch(10), {}, progress), Cancelled);
 }
 
+TEST(RegionMoments, UnionCostIsTheGainOfTheSpread) {
+  // E(A and B) - E(A) - E(B) of point masses, by definition.
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> number(-1, 1);
+  struct Piece {
+    double area;
+    Vec3<double> x, n;
+  };
+  const auto energyOf = [](const std::vector<Piece>& pieces, double squaredLength) {
+    double area = 0, energy = 0;
+    Vec3<double> x = Vec3<double>::Zero(), n = Vec3<double>::Zero();
+    for (const Piece& piece : pieces)
+      area += piece.area, x += piece.area * piece.x, n += piece.area * piece.n;
+    for (const Piece& piece : pieces)
+      energy += piece.area *
+                ((piece.x - x / area).squaredNorm() / squaredLength + (piece.n - n / area).squaredNorm());
+    return energy;
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    std::vector<Piece> a, b;
+    RegionMoments momentsA, momentsB;
+    for (int i = 0; i < 5; ++i)
+      for (const bool first : {true, false}) {
+        const Piece piece{0.1 + std::abs(number(random)),
+                          {number(random), number(random), number(random)},
+                          Vec3<double>(number(random), number(random), number(random)).normalized()};
+        (first ? a : b).push_back(piece);
+        RegionMoments& moments = first ? momentsA : momentsB;
+        moments = moments + RegionMoments{piece.area, piece.area * piece.x, piece.area * piece.n};
+      }
+    const double squaredLength = 0.1 + std::abs(number(random));
+    std::vector<Piece> both = a;
+    both.insert(both.end(), b.begin(), b.end());
+    EXPECT_NEAR(unionCost(momentsA, momentsB, squaredLength),
+                energyOf(both, squaredLength) - energyOf(a, squaredLength) - energyOf(b, squaredLength),
+                1e-11);
+  }
+}
+
+TEST(RegionMoments, PartsWithoutAreaCostNothing) {
+  const RegionMoments some{1, {1, 2, 3}, {0, 0, 1}};
+  EXPECT_EQ(unionCost(some, {}, 1), 0);
+  EXPECT_EQ(unionCost({}, {}, 1), 0);
+}
+
 } // namespace
 } // namespace surflect::slf
