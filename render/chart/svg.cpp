@@ -10,28 +10,6 @@
 
 namespace surflect::chart {
 
-std::string escaped(std::string_view text) {
-  std::string safe;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '&')
-      safe += "&amp;";
-    else if (c == '<')
-      safe += "&lt;";
-    else if (c == '>')
-      safe += "&gt;";
-    else if (c == '"')
-      safe += "&quot;";
-    else if (c == '\'')
-      safe += "&#39;";
-    else if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f)
-      safe += "&#xFFFD;";
-    else
-      safe += c;
-  }
-  return safe;
-}
-
 namespace {
 
 // Value of a decimal number; 0 where it is too small or too large for a double.

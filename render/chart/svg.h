@@ -3,6 +3,8 @@
 // Positions are in the user units of the SVG; y points down. Classes name rules of the page's style sheet.
 #pragma once
 
+#include "surfel/base/message_text.h"
+
 #include <array>
 #include <cstddef>
 #include <span>
@@ -11,9 +13,6 @@
 #include <vector>
 
 namespace surflect::chart {
-
-// Text for XML: &, <, >, " and ' become entities, control characters the replacement character.
-std::string escaped(std::string_view text);
 
 // Number for readers with `digits` significant digits and without an exponent: "44.0", "0.0120".
 std::string rounded(double number, int digits);

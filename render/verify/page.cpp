@@ -37,23 +37,6 @@ ul.legend i { display: inline-block; width: 14px; height: 14px; border-radius: 3
 .card { background: var(--card); padding: 12px 20px; border-radius: 8px; margin: 16px 0; }
 )";
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
-
 std::string placeText(const FlaggedPlace& place) {
   std::string text = fmt::format("surfel {} at ({:.4g}, {:.4g}, {:.4g})", place.surfel, place.rest[0],
                                  place.rest[1], place.rest[2]);
