@@ -1,6 +1,7 @@
 #include "surfel/base/file.h"
 
 #include "surfel/base/error.h"
+#include "surfel/base/open_file.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 
@@ -227,6 +228,26 @@ TEST_F(File, TheStartOfAFileIsReadAlone) {
   writeFileAtomically(folder / "a", std::string_view("start and rest"));
   EXPECT_EQ(readFileStart(folder / "a", 5), "start");
   EXPECT_EQ(readFileStart(folder / "a", 100), "start and rest");
+}
+
+TEST_F(File, AnOpenFileIsReadInPiecesUntilItBecomesShorter) {
+  writeFileAtomically(folder / "a", std::string_view("start and rest"));
+  OpenFile opened(folder / "a");
+  const OpenFile file(std::move(opened));
+  EXPECT_EQ(file.bytes(), 14u);
+  const auto piece = [&](uint64_t position, size_t size) {
+    std::string text(size, ' ');
+    file.read(position, std::as_writable_bytes(std::span(text)));
+    return text;
+  };
+  EXPECT_EQ(piece(6, 3), "and");
+  EXPECT_EQ(piece(0, 14), "start and rest");
+  EXPECT_EQ(piece(14, 0), "");
+  fs::resize_file(folder / "a", 8);
+  EXPECT_EQ(piece(0, 5), "start");
+  EXPECT_EQ(image::errorOf([&] { piece(6, 3); }), (folder / "a").string() + ": has become shorter");
+  EXPECT_THROW(OpenFile(folder / "none"), Error);
+  EXPECT_THROW(OpenFile{folder}, Error);
 }
 
 TEST_F(File, ReadingAFolderIsAnError) { EXPECT_THROW(readFile(folder), Error); }
