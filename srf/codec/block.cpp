@@ -1,7 +1,6 @@
 #include "srf/codec/block.h"
 
 #include "srf/codec/block_record.h"
-#include "srf/codec/bytes.h"
 #include "surfel/base/error.h"
 #include "surfel/base/uninitialized_vector.h"
 #include "surfel/math/transpose.h"
@@ -13,6 +12,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace surflect::codec {
 
@@ -23,10 +23,26 @@ constexpr float coefficientLimit = 1e33f; // far above what radiances below 1e30
 // Sign-extends a two's complement nibble, 0 .. 15 to -8 .. 7.
 constexpr int8_t signedNibble(int nibble) { return static_cast<int8_t>((nibble ^ 8) - 8); }
 
+// Takes numbers from bytes that are known to be there.
+class TermReader {
+public:
+  explicit TermReader(std::span<const std::byte> bytes) : from_(bytes.data()) {}
+
+  const std::byte* take(size_t count) { return std::exchange(from_, from_ + count); }
+  template <class T> T take() {
+    T value;
+    std::memcpy(&value, take(sizeof value), sizeof value);
+    return value;
+  }
+
+private:
+  const std::byte* from_;
+};
+
 // Reads levels of 8 or 4 bits. Clamps them to -levelsOf(bits), since two's complement holds one more below
 // zero.
-void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
-  const std::byte* const raw = reader.take(levelBytes(count, bits)).data();
+void takeLevels(TermReader& reader, int bits, size_t count, int8_t* levels) {
+  const std::byte* const raw = reader.take(levelBytes(count, bits));
   const auto least = static_cast<int8_t>(-levelsOf(bits));
   if (bits == 8) {
     for (size_t i = 0; i < count; ++i) levels[i] = std::max(static_cast<int8_t>(raw[i]), least);
@@ -41,8 +57,8 @@ void takeLevels(ByteReader& reader, int bits, size_t count, int8_t* levels) {
 }
 
 // Reads levels of 16 bits, each split as  256 high + low.
-void takeWideLevels(ByteReader& reader, size_t count, int8_t* high, int8_t* low) {
-  const std::byte* const raw = reader.take(levelBytes(count, 16)).data();
+void takeWideLevels(TermReader& reader, size_t count, int8_t* high, int8_t* low) {
+  const std::byte* const raw = reader.take(levelBytes(count, 16));
   const int last = levelsOf(16);
   for (size_t i = 0; i < count; ++i) {
     int16_t stored;
@@ -53,7 +69,7 @@ void takeWideLevels(ByteReader& reader, size_t count, int8_t* high, int8_t* low)
   }
 }
 
-float takeCoefficient(ByteReader& reader, CoefficientType type) {
+float takeCoefficient(TermReader& reader, CoefficientType type) {
   const float a =
       type == CoefficientType::half ? imath_half_to_float(reader.take<uint16_t>()) : reader.take<float>();
   if (!(std::abs(a) < coefficientLimit))
@@ -74,7 +90,7 @@ struct TermRows {
   int8_t* imageOf(size_t row) { return levels.data() + row * texelChannels; }
 
   // Reads a term of 16 bits into `row` and the next row.
-  void takeWide(ByteReader& reader, CoefficientType type, size_t row) {
+  void takeWide(TermReader& reader, CoefficientType type, size_t row) {
     float *high = coefficientsOf(row), *low = coefficientsOf(row + 1);
     for (size_t l = 0; l < lights; ++l) {
       low[l] = inImageSteps(takeCoefficient(reader, type));
@@ -83,7 +99,7 @@ struct TermRows {
     takeWideLevels(reader, texelChannels, imageOf(row), imageOf(row + 1));
   }
   // Reads a term of 8 or 4 bits into `row`.
-  void take(ByteReader& reader, int bits, size_t row) {
+  void take(TermReader& reader, int bits, size_t row) {
     const double ofLevel = levelInImageSteps(takeCoefficient(reader, CoefficientType::single), bits);
     takeLevels(reader, bits, lights, ofLights.data());
     float* const to = coefficientsOf(row);
@@ -140,16 +156,13 @@ void spreadTexels(const int8_t* stored, uint64_t present, size_t texelLevels, in
 } // namespace
 
 Block decodeBlock(std::span<const std::byte> record, size_t lights) {
-  ByteReader reader(record);
-  const auto flags = reader.take<uint8_t>();
-  if ((flags & ~(floatCoefficients | partialBlock)) != 0)
-    throw Error::mismatch("0..3", std::to_string(flags)).at("flags");
-  std::array<int, precisions.size()> terms{}; // at each precision
-  for (int& count : terms) count = reader.take<uint8_t>();
+  Archive archive(record);
+  RecordHead head;
+  describeRecordHead(archive, head);
+  const auto& [flags, terms, present] = head;
 
   Block block;
-  block.present = flags & partialBlock ? reader.take<uint64_t>() : allPresent;
-  if (block.present == 0) throw Error::mismatch("at least one texel", "none").at("present");
+  block.present = present;
   for (const int count : terms) block.rank += count;
   const size_t rows = 3 * std::popcount(block.present);
   if (const size_t limit = std::min(rows, lights); static_cast<size_t>(block.rank) > limit)
@@ -160,12 +173,14 @@ Block decodeBlock(std::span<const std::byte> record, size_t lights) {
   size_t bytes = 0;
   for (size_t p = 0; p < precisions.size(); ++p)
     bytes += terms[p] * (coefficientBytes(lights, precisions[p], type) + levelBytes(rows, precisions[p]));
-  if (reader.left() != bytes)
-    throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(reader.left()));
+  const std::span<const std::byte> rest = archive.rest();
+  if (rest.size() != bytes)
+    throw Error::mismatch(std::to_string(bytes) + " bytes of terms", std::to_string(rest.size()));
   block.lights = lights;
   if (block.rank == 0) return block;
 
   const auto stride = static_cast<size_t>(block.stride);
+  TermReader reader(rest);
   TermRows termRows(stride, lights, rows);
   size_t row = 0;
   static_assert(precisions[0] == 16);

@@ -38,6 +38,12 @@ private:
 
 } // namespace
 
+void describeRecordHead(Archive& archive, RecordHead& head) {
+  archive.number<uint8_t>("flags", head.flags, {0, floatCoefficients | partialBlock});
+  archive.numbers<uint8_t>("terms", head.terms);
+  if (head.flags & partialBlock) archive.number<uint64_t>("present", head.present, {1});
+}
+
 PaddedRows<double> radiancePerLevel(const StoredTerms& stored, size_t lights) {
   PaddedRows<double> perLevel(stored.terms.size(), lights);
   for (size_t k = 0; k < stored.terms.size(); ++k) {
@@ -54,16 +60,17 @@ PaddedRows<double> radiancePerLevel(const StoredTerms& stored, size_t lights) {
 
 std::vector<std::byte> recordOf(uint64_t present, size_t lights, const StoredTerms& stored) {
   const bool half = stored.type == CoefficientType::half, partial = present != allPresent;
-  size_t bytes = 4 + (partial ? sizeof present : 0);
+  RecordHead head{
+      static_cast<uint8_t>((half ? 0 : floatCoefficients) | (partial ? partialBlock : 0)), {}, present};
+  for (size_t p = 0; p < precisions.size(); ++p)
+    head.terms[p] = static_cast<uint8_t>(std::ranges::count(stored.terms, precisions[p], &StoredTerm::bits));
+  std::vector<std::byte> record = written(head, describeRecordHead);
+  const size_t headBytes = record.size();
+  size_t bytes = headBytes;
   for (const StoredTerm& term : stored.terms)
     bytes += coefficientBytes(lights, term.bits, stored.type) + levelBytes(term.levels.size(), term.bits);
-
-  std::vector<std::byte> record(bytes);
-  RecordWriter writer(record.data());
-  writer.put(static_cast<uint8_t>((half ? 0 : floatCoefficients) | (partial ? partialBlock : 0)));
-  for (const int bits : precisions)
-    writer.put(static_cast<uint8_t>(std::ranges::count(stored.terms, bits, &StoredTerm::bits)));
-  if (partial) writer.put(present);
+  record.resize(bytes);
+  RecordWriter writer(record.data() + headBytes);
   for (const StoredTerm& term : stored.terms) {
     if (term.bits < 16) {
       writer.put(term.peak);

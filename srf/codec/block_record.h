@@ -1,6 +1,7 @@
 // Layout of a block's record, shared by its writer and reader; docs/format.md specifies it to the byte.
 #pragma once
 
+#include "surfel/base/archive.h"
 #include "surfel/math/padded_rows.h"
 
 #include <array>
@@ -13,6 +14,14 @@ namespace surflect::codec {
 inline constexpr uint64_t allPresent = ~uint64_t{0};
 inline constexpr uint8_t floatCoefficients = 1, partialBlock = 2; // bits of the flags byte
 inline constexpr std::array precisions = {16, 8, 4}; // bits of a term, in the order of the record
+
+// Beginning of a record; its terms follow.
+struct RecordHead {
+  uint8_t flags = 0;
+  std::array<uint8_t, precisions.size()> terms{}; // number at each precision
+  uint64_t present = allPresent;                  // texel mask, as in encodeBlock; stored in a partialBlock
+};
+void describeRecordHead(Archive& archive, RecordHead& head);
 
 // Type of the coefficients of 16-bit terms; coefficients of other terms are levels of the term's precision.
 enum class CoefficientType { half, single };

@@ -1,170 +1,108 @@
 #include "srf/codec/view_file.h"
 
-#include "srf/codec/bytes.h"
-#include "surfel/base/file.h"
+#include "surfel/base/archive.h"
+#include "surfel/base/error.h"
+#include "surfel/base/error_context.h"
 #include "surfel/base/hash.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <cerrno>
-#include <cmath>
-#include <cstring>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <utility>
 
 namespace surflect::codec {
 
 namespace {
 
-constexpr std::array magic = {'s', 'r', 'f', ' ', 'v', 'i', 'e', 'w'};
-constexpr uint32_t formatVersion = 1;
-constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records as encodeBlock makes them
 constexpr size_t headerBytes = 40;
-constexpr size_t indexEntryBytes = 12;
 constexpr size_t headChecksumBytes = 8;
+constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records as encodeBlock makes them
+
+struct IndexEntry {
+  uint32_t position = 0, size = 0, checksum = 0; // place in the grid; bytes of the record
+};
+
+// What comes before the records.
+struct Head {
+  ViewHeader view;
+  uint32_t blocks = 0;
+  std::vector<IndexEntry> index;
+  uint64_t checksum = 0;
+
+  uint64_t bytes() const { return headerBytes + sizeof(IndexEntry) * uint64_t{blocks} + headChecksumBytes; }
+};
+
+// The bounds of white level and tolerance are those of EncodeOptions.
+void describeHeader(Archive& archive, Head& head) {
+  archive.magic("srf view");
+  archive.constant<uint32_t>("version", 1);
+  archive.constant<uint32_t>("layout", mixedPrecisionLayout);
+  archive.number<uint32_t>("width", head.view.width, {1, largestViewSide});
+  archive.number<uint32_t>("height", head.view.height, {1, largestViewSide});
+  archive.number<uint32_t>("lights", head.view.lights, {1, mostLights});
+  archive.number<uint32_t>("blocks", head.blocks, {0, static_cast<uint32_t>(head.view.cells())});
+  archive.number<float>("white", head.view.white, {1e-20f, 1e20f});
+  archive.number<float>("tolerance", head.view.tolerance, {0, 1});
+}
+
+void describeHead(Archive& archive, Head& head) {
+  describeHeader(archive, head);
+  archive.array<uint32_t>("index", head.index, head.blocks);
+  head.checksum = archive.hash();
+  archive.checksum("checksum of header and index", head.checksum);
+}
 
 uint32_t recordChecksum(std::span<const std::byte> record) {
   return static_cast<uint32_t>(contentHash(record));
 }
 
-uint64_t headBytes(uint64_t blocks) { return headerBytes + indexEntryBytes * blocks + headChecksumBytes; }
-
-struct FixedHeader {
-  ViewHeader view;
-  uint32_t blocks = 0;
-};
-
-// Reads an integer in 1 .. limit.
-int takeCount(ByteReader& reader, const char* field, int limit) {
-  const auto value = reader.take<uint32_t>();
-  if (value == 0 || value > static_cast<uint32_t>(limit))
-    throw Error::mismatch("1.." + std::to_string(limit), std::to_string(value)).at(field);
-  return static_cast<int>(value);
-}
-
-void expectEqual(ByteReader& reader, const char* field, uint32_t expected) {
-  const auto value = reader.take<uint32_t>();
-  if (value != expected) throw Error::mismatch(std::to_string(expected), std::to_string(value)).at(field);
-}
-
-FixedHeader takeHeader(ByteReader& reader) {
-  if (std::memcmp(reader.take(magic.size()).data(), magic.data(), magic.size()) != 0)
-    throw Error::mismatch("a view file", "something else").at("magic");
-  expectEqual(reader, "version", formatVersion);
-  expectEqual(reader, "layout", mixedPrecisionLayout);
-  FixedHeader header;
-  header.view.width = takeCount(reader, "width", largestViewSide);
-  header.view.height = takeCount(reader, "height", largestViewSide);
-  header.view.lights = takeCount(reader, "lights", mostLights);
-  header.blocks = reader.take<uint32_t>();
-  const int positions = header.view.blocksAcross() * header.view.blocksDown();
-  if (header.blocks > static_cast<uint32_t>(positions))
-    throw Error::mismatch("at most " + std::to_string(positions), std::to_string(header.blocks)).at("blocks");
-  header.view.white = reader.take<float>();
-  if (!(header.view.white > 0) || !std::isfinite(header.view.white))
-    throw Error::mismatch("a positive number", numberText(header.view.white)).at("white");
-  header.view.tolerance = reader.take<float>();
-  if (!(header.view.tolerance >= 0) || !std::isfinite(header.view.tolerance))
-    throw Error::mismatch("a number not below 0", numberText(header.view.tolerance)).at("tolerance");
-  return header;
-}
-
-Error systemError(const char* action) {
-  return Error(std::string("cannot ") + action + " (" + std::strerror(errno) + ")");
-}
-
 } // namespace
 
 std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks) {
-  std::vector<std::byte> file;
-  size_t bytes = headBytes(blocks.size());
-  for (const PlacedRecord& block : blocks) bytes += block.record.size();
-  file.reserve(bytes);
-
-  for (const char c : magic) append(file, c);
-  append(file, formatVersion);
-  append(file, mixedPrecisionLayout);
-  append(file, static_cast<uint32_t>(header.width));
-  append(file, static_cast<uint32_t>(header.height));
-  append(file, static_cast<uint32_t>(header.lights));
-  append(file, static_cast<uint32_t>(blocks.size()));
-  append(file, header.white);
-  append(file, header.tolerance);
+  Head head{header, static_cast<uint32_t>(blocks.size()), {}};
+  size_t bytes = head.bytes();
   for (const PlacedRecord& block : blocks) {
-    append(file, static_cast<uint32_t>(block.position.y * header.blocksAcross() + block.position.x));
-    append(file, static_cast<uint32_t>(block.record.size()));
-    append(file, recordChecksum(block.record));
+    bytes += block.record.size();
+    head.index.push_back({static_cast<uint32_t>(block.position.y * header.blocksAcross() + block.position.x),
+                          static_cast<uint32_t>(block.record.size()), recordChecksum(block.record)});
   }
-  append(file, contentHash(file));
+  std::vector<std::byte> file = written(head, describeHead);
+  file.reserve(bytes);
   for (const PlacedRecord& block : blocks) file.insert(file.end(), block.record.begin(), block.record.end());
   return file;
 }
 
-ViewFile::ViewFile(std::filesystem::path path) : path_(std::move(path)) {
-  descriptor_ = openForReading(path_);
-  try {
-    struct stat status {};
-    if (::fstat(descriptor_, &status) != 0) throw systemError("read");
-    const auto fileSize = static_cast<uint64_t>(status.st_size);
-    const auto fixed = bytesAt(0, std::min<uint64_t>(headerBytes, fileSize));
-    ByteReader reader(fixed);
-    const uint64_t head = headBytes(takeHeader(reader).blocks);
-    if (head > fileSize)
-      throw Error::mismatch("at least " + std::to_string(head) + " bytes", std::to_string(fileSize))
+ViewFile::ViewFile(std::filesystem::path path) : file_(std::move(path)) {
+  Head head;
+  inFile(file_.path(), [&] {
+    const auto header = bytesAt(0, std::min<uint64_t>(headerBytes, file_.bytes()));
+    parse(header, [&](Archive& archive) { describeHeader(archive, head); });
+    if (head.bytes() > file_.bytes())
+      throw Error::mismatch("at least " + std::to_string(head.bytes()) + " bytes",
+                            std::to_string(file_.bytes()))
           .at("size");
-    parse(bytesAt(0, head), fileSize);
-  } catch (Error& error) {
-    ::close(descriptor_);
-    throw std::move(error).in(path_);
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
-}
+    parse(bytesAt(0, head.bytes()), [&](Archive& archive) { describeHead(archive, head); });
 
-ViewFile::~ViewFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-ViewFile::ViewFile(ViewFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)),
-      header_(other.header_), checksum_(other.checksum_), positions_(std::move(other.positions_)),
-      checksums_(std::move(other.checksums_)), offsets_(std::move(other.offsets_)),
-      stored_(std::move(other.stored_)) {}
-
-// Parses `head`: header, index and their checksum.
-void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
-  ByteReader reader(head);
-  const FixedHeader fixed = takeHeader(reader);
-  header_ = fixed.view;
-  const auto checked = head.first(head.size() - headChecksumBytes);
-  const auto checksum = ByteReader(head.last(headChecksumBytes)).take<uint64_t>();
-  checksum_ = checksum;
-  if (contentHash(checked) != checksum)
-    throw Error::mismatch(hex(checksum), hex(contentHash(checked))).at("checksum of header and index");
-
-  const auto positions = static_cast<uint32_t>(header_.blocksAcross() * header_.blocksDown());
-  stored_.resize((positions + 63) / 64);
-  positions_.reserve(fixed.blocks);
-  checksums_.reserve(fixed.blocks);
-  offsets_.reserve(fixed.blocks + size_t{1});
-  offsets_.push_back(head.size());
-  for (uint32_t b = 0; b < fixed.blocks; ++b) {
-    const auto place = reader.take<uint32_t>();
-    if (place >= positions || (b > 0 && place <= positions_.back()))
-      throw Error::mismatch("rising positions below " + std::to_string(positions), std::to_string(place))
-          .at("index[" + std::to_string(b) + "].position");
-    positions_.push_back(place);
-    offsets_.push_back(offsets_.back() + reader.take<uint32_t>());
-    checksums_.push_back(reader.take<uint32_t>());
-    stored_[place / 64].bits |= uint64_t{1} << place % 64;
-  }
-  if (offsets_.back() != fileSize)
-    throw Error::mismatch(std::to_string(offsets_.back()) + " bytes", std::to_string(fileSize)).at("size");
-
+    const auto cells = static_cast<uint32_t>(head.view.cells());
+    stored_.resize((cells + 63) / 64);
+    positions_.reserve(head.blocks), checksums_.reserve(head.blocks);
+    offsets_.reserve(head.blocks + size_t{1});
+    offsets_.push_back(head.bytes());
+    for (size_t b = 0; b < head.index.size(); ++b) {
+      const auto& [position, size, checksum] = head.index[b];
+      if (position >= cells || (b > 0 && position <= positions_.back()))
+        throw Error::mismatch("rising positions below " + std::to_string(cells), std::to_string(position))
+            .at("index[" + std::to_string(b) + "].position");
+      positions_.push_back(position);
+      offsets_.push_back(offsets_.back() + size);
+      checksums_.push_back(checksum);
+      stored_[position / 64].bits |= uint64_t{1} << position % 64;
+    }
+    if (offsets_.back() != file_.bytes())
+      throw Error::mismatch(std::to_string(offsets_.back()) + " bytes", std::to_string(file_.bytes()))
+          .at("size");
+  });
+  header_ = head.view;
+  checksum_ = head.checksum;
   uint32_t before = 0;
   for (Stored& stored : stored_) {
     stored.before = before;
@@ -174,14 +112,7 @@ void ViewFile::parse(std::span<const std::byte> head, uint64_t fileSize) {
 
 UninitializedVector<std::byte> ViewFile::bytesAt(uint64_t offset, size_t count) const {
   UninitializedVector<std::byte> bytes(count);
-  for (size_t done = 0; done < count;) {
-    const ssize_t got =
-        ::pread(descriptor_, bytes.data() + done, count - done, static_cast<off_t>(offset + done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw systemError("read");
-    if (got == 0) throw Error::mismatch(std::to_string(count) + " bytes", std::to_string(done));
-    done += static_cast<size_t>(got);
-  }
+  file_.read(offset, bytes);
   return bytes;
 }
 
@@ -208,10 +139,8 @@ size_t ViewFile::readRunLength(std::span<const uint32_t> blocks) const {
 }
 
 void ViewFile::adviseRead(std::span<const uint32_t> stretch) const {
-  const uint64_t begin = offsets_[stretch.front()], end = offsets_[stretch.back() + 1];
-  // Only a hint: if it fails, reading is merely slower.
-  ::posix_fadvise(descriptor_, static_cast<off_t>(begin), static_cast<off_t>(end - begin),
-                  POSIX_FADV_WILLNEED);
+  const uint64_t begin = offsets_[stretch.front()];
+  file_.adviseRead(begin, offsets_[stretch.back() + 1] - begin);
 }
 
 void ViewFile::read(std::span<const uint32_t> stretch, const std::function<void(size_t, Block)>& use) const {
@@ -221,7 +150,7 @@ void ViewFile::read(std::span<const uint32_t> stretch, const std::function<void(
   try {
     bytes = bytesAt(begin, offsets_[stretch.back() + 1] - begin);
   } catch (Error& error) {
-    throw std::move(error).at(nameOf(stretch.front())).in(path_);
+    throw std::move(error).at(nameOf(stretch.front())).in(path());
   }
   for (size_t i = 0; i < stretch.size(); ++i)
     use(i,
@@ -239,7 +168,7 @@ Block ViewFile::decode(uint32_t block, std::span<const std::byte> record) const 
     throw Error::mismatch(std::to_string(checksums_[block]), std::to_string(found)).at("checksum");
   return decodeBlock(record, static_cast<size_t>(header_.lights));
 } catch (Error& error) {
-  throw std::move(error).at(nameOf(block)).in(path_);
+  throw std::move(error).at(nameOf(block)).in(path());
 }
 
 std::string ViewFile::nameOf(uint32_t block) const {

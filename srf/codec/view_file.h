@@ -5,6 +5,7 @@
 #pragma once
 
 #include "srf/codec/block.h"
+#include "surfel/base/open_file.h"
 #include "surfel/base/uninitialized_vector.h"
 
 #include <cassert>
@@ -54,12 +55,8 @@ public:
   // Opens a file and checks its header and index; blocks are checked when read. Throws Error with file and
   // field.
   explicit ViewFile(std::filesystem::path path);
-  ~ViewFile();
-  ViewFile(ViewFile&&) noexcept;
-  ViewFile(const ViewFile&) = delete;
-  ViewFile& operator=(const ViewFile&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return file_.path(); }
   const ViewHeader& header() const { return header_; }
   // Checksum of header and index. As the index holds the blocks' checksums, it identifies the whole file.
   uint64_t checksum() const { return checksum_; }
@@ -109,13 +106,11 @@ private:
     return static_cast<uint32_t>(bits * kOnes >> 56);
   }
 
-  void parse(std::span<const std::byte> head, uint64_t fileSize);
   UninitializedVector<std::byte> bytesAt(uint64_t offset, size_t count) const;
   Block decode(uint32_t block, std::span<const std::byte> record) const;
   std::string nameOf(uint32_t block) const;
 
-  std::filesystem::path path_;
-  int descriptor_ = -1;
+  OpenFile file_;
   ViewHeader header_;
   uint64_t checksum_ = 0;
   // One entry for each stored block:

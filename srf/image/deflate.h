@@ -1,4 +1,4 @@
-// Lossless compression for the EXR and PNG writers.
+// Lossless compression, for the EXR and PNG writers and files of our own.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,11 @@
 
 namespace surflect::image {
 
-// A zlib stream [RFC 1950], by libdeflate's fastest level; the same bytes for the same input.
-std::string zlibStream(std::span<const std::byte> bytes);
+// A zlib stream [RFC 1950] by libdeflate at an effort of 1, the fastest, to 12; the same bytes for the same
+// input.
+std::string zlibStream(std::span<const std::byte> bytes, size_t effort = 1);
+
+// Inflates a zlib stream. Returns whether it is valid and has exactly as many bytes as `bytes`.
+bool inflatesTo(std::span<const std::byte> stream, std::span<std::byte> bytes);
 
 } // namespace surflect::image

@@ -4,14 +4,14 @@
 #include "srf/codec/alpha_plane.h"
 
 #include <cstddef>
-#include <string>
-#include <string_view>
+#include <span>
+#include <vector>
 
 namespace surflect::model {
 
-std::string packAlpha(const codec::AlphaPlane& plane);
+std::vector<std::byte> packAlpha(const codec::AlphaPlane& plane);
 
 // Reads the content of a file. Throws Error naming the field, also unless the plane is width x height.
-codec::AlphaPlane unpackAlpha(std::string_view content, int width, int height);
+codec::AlphaPlane unpackAlpha(std::span<const std::byte> content, int width, int height);
 
 } // namespace surflect::model

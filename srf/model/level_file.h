@@ -5,7 +5,7 @@
 #include "surfel/level_of_detail.h"
 
 #include <cstddef>
-#include <string_view>
+#include <span>
 #include <vector>
 
 namespace surflect::model {
@@ -14,6 +14,7 @@ std::vector<std::byte> packLevels(const LevelsOfDetail& levels);
 
 // Reads the levels of a cloud, whose splats are those of level 0. Throws Error naming the field, and
 // Cancelled.
-LevelsOfDetail unpackLevels(std::string_view packed, const SurfelCloud& cloud, const Progress& progress = {});
+LevelsOfDetail unpackLevels(std::span<const std::byte> packed, const SurfelCloud& cloud,
+                            const Progress& progress = {});
 
 } // namespace surflect::model

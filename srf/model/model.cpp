@@ -9,6 +9,7 @@
 #include "srf/shading/near_pairs.h"
 #include "srf/ulr/light_visibility.h"
 #include "surfel/base/error.h"
+#include "surfel/base/error_context.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 #include "surfel/geometry/ply.h"
@@ -77,8 +78,7 @@ std::vector<std::vector<float>> cloudColumns(std::string_view content, const Pro
   return columns;
 }
 
-SurfelCloud parseCloud(std::string_view content, const std::filesystem::path& path,
-                       const Progress& progress) try {
+SurfelCloud parseCloud(std::string_view content, const Progress& progress) {
   std::vector<std::vector<float>> columns = cloudColumns(content, progress);
   const size_t count = columns[0].size();
   const auto &x = columns[0], &y = columns[1], &z = columns[2], &rx = columns[3], &ry = columns[4],
@@ -92,8 +92,6 @@ SurfelCloud parseCloud(std::string_view content, const std::filesystem::path& pa
     cloud.r0.push_back({rx[i], ry[i], lower[i] != 0 ? 1.f : 0.f});
   }
   return cloud;
-} catch (Error& error) {
-  throw std::move(error).in(path);
 }
 
 // Content of a file with a checksum.
@@ -109,20 +107,6 @@ Manifest readManifest(const std::filesystem::path& path) {
   if (std::error_code unreadable; !std::filesystem::exists(path, unreadable))
     throw Error("no manifest: not a packed model").in(path);
   return parseManifest(readFile(path, kLargestText), path);
-}
-
-ulr::VisibilityWeights parseFades(std::string_view content, const std::filesystem::path& path, size_t surfels,
-                                  size_t views, const Progress& progress) try {
-  return unpackVisibility(std::as_bytes(std::span(content)), surfels, views, progress);
-} catch (Error& error) {
-  throw std::move(error).in(path);
-}
-
-LevelsOfDetail parseLevels(std::string_view content, const std::filesystem::path& path,
-                           const SurfelCloud& cloud, const Progress& progress) try {
-  return unpackLevels(content, cloud, progress);
-} catch (Error& error) {
-  throw std::move(error).in(path);
 }
 
 std::vector<std::vector<uint32_t>> columnsOf(const capture::Capture& rig) {
@@ -162,11 +146,8 @@ codec::AlphaPlane openAlpha(const Model& model, size_t view, const std::string& 
   const std::filesystem::path path = model.folder / alphaFilePath(view);
   const std::string content = checkedFile(path, kLargestFile, checksum, progress);
   const capture::Lens& lens = model.rig.views[view].camera.lens;
-  try {
-    return unpackAlpha(content, lens.width, lens.height);
-  } catch (Error& error) {
-    throw std::move(error).in(path);
-  }
+  return inFile(path,
+                [&] { return unpackAlpha(std::as_bytes(std::span(content)), lens.width, lens.height); });
 }
 
 // open(view) for all views. Throws what the first faulty view throws, for any number of threads.
@@ -265,61 +246,48 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   // Each file is read once. Files do not wait for each other: fades are unpacked for the numbers of surfels
   // and views that the manifest states, which are checked afterwards.
   Checks checks;
-  const auto openFades = [&](size_t surfels, size_t views) {
-    std::string content;
-    if (checks.pass(fadeFile, [&] {
-          content = checkedFile(folder / kFadeFile, kLargestFile, manifest.visibility, progress);
-        }))
-      checks.pass(fades, [&] {
-        model.visibility = parseFades(content, folder / kFadeFile, surfels, views, progress);
-      });
+  // Returns whether a file has its checksum, and use(content) accepts it.
+  const auto open = [&](Check file, Check content, const char* name, const std::string& checksum,
+                        const auto& use) {
+    const std::filesystem::path path = folder / name;
+    const uint64_t most = file == rigFile ? kLargestText : kLargestFile;
+    std::string text;
+    return checks.pass(file, [&] { text = checkedFile(path, most, checksum, progress); }) &&
+           checks.pass(content, [&] { inFile(path, [&] { use(text); }); });
   };
-  const auto openLevels = [&] {
-    std::string content;
-    if (checks.pass(levelFile, [&] {
-          content = checkedFile(folder / kLevelFile, kLargestFile, manifest.levels, progress);
-        }))
-      checks.pass(levels,
-                  [&] { model.levels = parseLevels(content, folder / kLevelFile, model.cloud, progress); });
+  const auto openFades = [&](size_t surfels, size_t views) {
+    open(fadeFile, fades, kFadeFile, manifest.visibility, [&](const std::string& content) {
+      model.visibility = unpackVisibility(std::as_bytes(std::span(content)), surfels, views, progress);
+    });
   };
   const auto openShadows = [&] {
-    std::string content;
-    if (checks.pass(shadowFile, [&] {
-          content = checkedFile(folder / kShadowFile, kLargestFile, manifest.shadows, progress);
-        }))
-      checks.pass(shadows, [&] {
-        model.lightVisibility =
-            parseFades(content, folder / kShadowFile, manifest.surfels, manifest.lights, progress);
-      });
+    open(shadowFile, shadows, kShadowFile, manifest.shadows, [&](const std::string& content) {
+      model.lightVisibility =
+          unpackVisibility(std::as_bytes(std::span(content)), manifest.surfels, manifest.lights, progress);
+    });
   };
   const auto openCloud = [&] {
-    std::string content;
-    if (checks.pass(
-            cloudFile,
-            [&] { content = checkedFile(folder / kSurfelFile, kLargestFile, manifest.cloud, progress); }) &&
-        checks.pass(cloud,
-                    [&] {
-                      model.cloud = parseCloud(content, folder / kSurfelFile, progress);
-                      model.middle = middleOf(model.cloud.p0);
-                    }) &&
-        !manifest.levels.empty())
-      openLevels();
+    const bool isOpen = open(cloudFile, cloud, kSurfelFile, manifest.cloud, [&](const std::string& content) {
+      model.cloud = parseCloud(content, progress);
+      model.middle = middleOf(model.cloud.p0);
+    });
+    if (isOpen && !manifest.levels.empty())
+      open(levelFile, levels, kLevelFile, manifest.levels, [&](const std::string& content) {
+        model.levels = unpackLevels(std::as_bytes(std::span(content)), model.cloud, progress);
+      });
   };
   const auto openRig = [&] {
-    std::string content;
-    if (!checks.pass(rigFile,
-                     [&] { content = checkedFile(folder / kRigFile, kLargestText, manifest.rig, progress); }))
-      return;
-    if (checks.pass(rig, [&] {
-          model.rig = capture::parseCapture(content, folder / kRigFile);
-          if (manifest.viewChecksums.size() != model.rig.views.size())
-            throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
-                                  std::to_string(manifest.viewChecksums.size()))
-                .at("view_checksums")
-                .in(manifestPath);
-          model.columns = columnsOf(model.rig);
-          model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
-        }))
+    const bool isOpen = open(rigFile, rig, kRigFile, manifest.rig, [&](const std::string& content) {
+      model.rig = capture::parseCapture(content, folder / kRigFile);
+      if (manifest.viewChecksums.size() != model.rig.views.size())
+        throw Error::mismatch(std::to_string(model.rig.views.size()) + " entries",
+                              std::to_string(manifest.viewChecksums.size()))
+            .at("view_checksums")
+            .in(manifestPath);
+      model.columns = columnsOf(model.rig);
+      model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
+    });
+    if (isOpen)
       checks.pass(views, [&] {
         const auto &ofViews = manifest.viewChecksums, &ofAlpha = manifest.alphaChecksums;
         model.files = openViews<codec::ViewFile>(
@@ -364,8 +332,8 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
     model.files.emplace_back(folder / viewFilePath(view));
   for (size_t view = 0; content.hasAlpha && view < model.rig.views.size(); ++view) {
     const capture::Lens& lens = model.rig.views[view].camera.lens;
-    model.alpha.push_back(
-        unpackAlpha(readFile(folder / alphaFilePath(view), kLargestFile), lens.width, lens.height));
+    const std::string alpha = readFile(folder / alphaFilePath(view));
+    model.alpha.push_back(unpackAlpha(std::as_bytes(std::span(alpha)), lens.width, lens.height));
   }
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());

@@ -101,7 +101,8 @@ bool isAlphaFinished(const fs::path& folder, size_t view, int width, int height)
   const fs::path path = folder / alphaFilePath(view);
   if (!fs::exists(path)) return false;
   try {
-    unpackAlpha(readFile(path), width, height);
+    const std::string content = readFile(path);
+    unpackAlpha(std::as_bytes(std::span(content)), width, height);
     return true;
   } catch (const Error&) {
     return false;

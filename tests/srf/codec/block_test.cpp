@@ -2,7 +2,6 @@
 
 #include "srf/codec/block_bound.h"
 #include "srf/codec/block_encoder.h"
-#include "srf/codec/bytes.h"
 #include "tests/srf/codec/synthetic.h"
 #include "tests/support/each_simd.h"
 
@@ -382,6 +381,11 @@ TEST(Block, DamagedRecordDecodesToModestNumbersOrIsRejected) {
 std::vector<uint8_t> joined(std::vector<uint8_t> front, const std::vector<uint8_t>& back) {
   front.insert(front.end(), back.begin(), back.end());
   return front;
+}
+
+template <class Number> void append(std::vector<std::byte>& record, Number number) {
+  const auto bytes = std::as_bytes(std::span(&number, 1));
+  record.insert(record.end(), bytes.begin(), bytes.end());
 }
 
 // A 16-bit record can hold levels beyond those that the writer uses.

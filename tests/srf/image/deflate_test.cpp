@@ -49,5 +49,21 @@ TEST(Deflate, ZlibReadsBackWhatWasWritten) {
   }
 }
 
+TEST(Deflate, InflatesWholeStreamsOfTheirSizeAlone) {
+  const std::string bytes = skewedBytes(1000, 7);
+  for (const size_t effort : {1, 6, 12}) {
+    const std::string stream = zlibStream(std::as_bytes(std::span(bytes)), effort);
+    const auto inflates = [&](const std::string& packed, size_t size) {
+      std::string found(size, '\0');
+      return inflatesTo(std::as_bytes(std::span(packed)), std::as_writable_bytes(std::span(found))) &&
+             found == bytes;
+    };
+    EXPECT_TRUE(inflates(stream, 1000));
+    for (const size_t size : {0, 999, 1001}) EXPECT_FALSE(inflates(stream, size));
+    for (size_t size = 0; size < stream.size(); ++size) EXPECT_FALSE(inflates(stream.substr(0, size), 1000));
+    EXPECT_FALSE(inflates(stream + '\0', 1000));
+  }
+}
+
 } // namespace
 } // namespace surflect::image

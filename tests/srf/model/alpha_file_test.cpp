@@ -2,6 +2,7 @@
 
 #include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/damage.h"
 
 namespace surflect::model {
 namespace {
@@ -16,39 +17,25 @@ TEST(AlphaFile, WhatIsPackedIsUnpackedEqual) {
   EXPECT_EQ(unpacked.levels(), plane.levels());
 }
 
-TEST(AlphaFile, EveryTruncationAndEverySurplusByteIsRefused) {
-  const std::string packed = packAlpha(randomPlane());
-  for (size_t length = 0; length < packed.size(); ++length)
-    EXPECT_THROW(unpackAlpha(packed.substr(0, length), 37, 21), Error) << length;
-  EXPECT_THROW(unpackAlpha(packed + '\0', 37, 21), Error);
-}
-
-TEST(AlphaFile, EveryFlippedBitIsRefusedOrChangesNothing) {
+TEST(AlphaFile, DamageIsRefusedOrChangesNothing) {
   const codec::AlphaPlane plane = randomPlane();
-  const std::string packed = packAlpha(plane);
-  for (size_t bit = 0; bit < 8 * packed.size(); ++bit) {
-    std::string damaged = packed;
-    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ 1 << bit % 8);
-    try {
-      EXPECT_EQ(unpackAlpha(damaged, 37, 21).levels(), plane.levels()) << bit;
-    } catch (const Error&) {
-    }
-  }
+  tryDamage(packAlpha(plane), [&](std::span<const std::byte> damaged) {
+    EXPECT_EQ(unpackAlpha(damaged, 37, 21).levels(), plane.levels());
+  });
 }
 
 TEST(AlphaFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
-  const std::string packed = packAlpha(randomPlane());
-  const auto complaintOf = [&](size_t at, char byte) {
-    std::string changed = packed;
+  const std::vector<std::byte> packed = packAlpha(randomPlane());
+  const auto complaintOf = [&](size_t at, std::byte byte) {
+    std::vector<std::byte> changed = packed;
     changed[at] = byte;
     return image::errorOf([&] { unpackAlpha(changed, 37, 21); });
   };
-  EXPECT_EQ(complaintOf(0, 'x'), "magic: found other bytes, expected 'srf alph'");
-  EXPECT_EQ(complaintOf(8, 2), "version: found 2, expected 1");
-  EXPECT_EQ(complaintOf(12, 38), "size: found 38 x 21 pixels, expected 37 x 21 pixels");
-  EXPECT_EQ(image::errorOf([&] { unpackAlpha(packed, 21, 37); }),
-            "size: found 37 x 21 pixels, expected 21 x 37 pixels");
-  EXPECT_EQ(complaintOf(packed.size() - 1, static_cast<char>(packed.back() + 1)),
+  EXPECT_EQ(complaintOf(0, std::byte{'x'}), "magic: found other bytes, expected \"srf alph\"");
+  EXPECT_EQ(complaintOf(8, std::byte{2}), "version: found 2, expected 1");
+  EXPECT_EQ(complaintOf(12, std::byte{38}), "width: found 38, expected 37");
+  EXPECT_EQ(image::errorOf([&] { unpackAlpha(packed, 21, 37); }), "width: found 37, expected 21");
+  EXPECT_EQ(complaintOf(packed.size() - 1, ~packed.back()),
             "levels: found other content, expected a zlib stream of 777 bytes");
 }
 
