@@ -36,7 +36,7 @@ std::array<float, image::Response::codes> readCurve(const Json& value) {
   std::array<float, image::Response::codes> curve;
   float last = 0;
   for (size_t z = 0; z < curve.size(); ++z)
-    within(element("", z), [&] {
+    atField(element("", z), [&] {
       curve[z] = static_cast<float>(numberOf(value[z]));
       if (!(curve[z] >= last) || !std::isfinite(curve[z]))
         throw Error::mismatch("a number not below the one before it", shown(value[z]));
@@ -64,11 +64,11 @@ Rigid<CameraSpace, AcquisitionSpace> readPose(const Json& value, RoundedRotation
   };
   for (size_t row = 0; row < 4; ++row) {
     const Json& rows = fourOf(value, "four rows of four numbers");
-    within(element("", row), [&] {
+    atField(element("", row), [&] {
       const Json& columns = fourOf(rows[row], "four numbers");
       for (size_t c = 0; c < 4; ++c)
         m(static_cast<int>(row), static_cast<int>(c)) =
-            within(element("", c), [&] { return coordinateOf(columns[c]); });
+            atField(element("", c), [&] { return coordinateOf(columns[c]); });
     });
   }
   if (!(m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-6))
@@ -106,7 +106,7 @@ public:
     capture_.origin = optional(root, "origin", boundedTripleOf).value_or(Vec3<double>::Zero());
     readCalibration(root);
     if (const auto lights = root.find("lights"); lights != root.end())
-      within("lights", [&] { listOf(*lights); });
+      atField("lights", [&] { listOf(*lights); });
     readEach(root, "lights", [this](const Json& light, size_t) {
       checkKeys(objectOf(light), KeyPlace::light, unknownKeys_);
       lights_.add(readLight(light));
@@ -125,7 +125,7 @@ private:
   template <class Read> static void readEach(const Json& root, const char* key, Read read) {
     const auto list = root.find(key);
     for (size_t i = 0; list != root.end() && i < list->size(); ++i)
-      within(element(key, i), [&] { read((*list)[i], i); });
+      atField(element(key, i), [&] { read((*list)[i], i); });
   }
 
   // Reads notes for people; other content under this name is ignored.

@@ -3,6 +3,7 @@
 #include "srf/capture/limits.h"
 #include "srf/capture/shallow_json.h"
 #include "srf/image/picture_limits.h"
+#include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,16 @@
 #include <cmath>
 
 namespace surflect::capture {
+
+namespace {
+
+// Checksum of all fields other than `checksum`.
+std::string ownChecksum(Json object) {
+  object.erase("checksum");
+  return hex(contentHash(object.dump()));
+}
+
+} // namespace
 
 Json parseJson(std::string_view content) {
   const std::string_view shallow = shallowPart(content, kDeepestJson);
@@ -25,6 +36,27 @@ Json parseJson(std::string_view content) {
   } catch (const Json::exception&) {
     throw Error("malformed JSON: a number is too large");
   }
+}
+
+std::string sealedText(Json object) {
+  object["checksum"] = ownChecksum(object);
+  return object.dump(2) + "\n";
+}
+
+Json parseSealed(std::string_view content, std::string_view format, std::initializer_list<int> versions) {
+  Json object = parseJson(content);
+  objectOf(object);
+  if (const Json& found = valueAt(object, "format"); !isText(found, format))
+    throw Error::mismatch('"' + std::string(format) + '"', shown(found)).at("format");
+  const Json& version = valueAt(object, "version");
+  std::string expected;
+  for (const int known : versions) expected += (expected.empty() ? "" : " or ") + std::to_string(known);
+  if (std::none_of(versions.begin(), versions.end(), [&](int known) { return version == known; }))
+    throw Error::mismatch(expected, shown(version)).at("version");
+  if (const std::string stated = required(object, "checksum", textOf), found = ownChecksum(object);
+      stated != found)
+    throw Error::mismatch(stated, found).at("checksum");
+  return object;
 }
 
 std::string shown(const Json& value) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "surfel/base/error.h"
+#include "surfel/base/error_context.h"
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 
@@ -21,20 +22,16 @@ using Json = nlohmann::json;
 // Throws Error with the line if the text is malformed or nested too deeply.
 Json parseJson(std::string_view content);
 
+// Text of a manifest: the object, and `checksum`, that of all its other fields.
+std::string sealedText(Json object);
+// Object of such a text. Throws Error unless `format`, `version` and `checksum` are as they must be.
+Json parseSealed(std::string_view content, std::string_view format, std::initializer_list<int> versions);
+
 // Value for messages: "nothing", "an object", "a list of 3", or the value itself, cut after 60 characters.
 std::string shown(const Json& value);
 
 // "lights[12]"
 std::string element(const std::string& list, size_t index);
-
-// Returns work(); its Errors get the field.
-template <class Work> auto within(const std::string& field, Work work) {
-  try {
-    return work();
-  } catch (Error& e) {
-    throw std::move(e).at(field);
-  }
-}
 
 // Value of a key; null if the object lacks it.
 const Json& valueAt(const Json& object, const char* key);
@@ -42,14 +39,14 @@ bool isNull(const Json& value);
 
 // Parsed value of a key. A missing one is parsed as null, so that the error states what the parser expects.
 template <class Parse> auto required(const Json& object, const char* key, Parse parse) {
-  return within(key, [&] { return parse(valueAt(object, key)); });
+  return atField(key, [&] { return parse(valueAt(object, key)); });
 }
 
 template <class Parse>
 auto optional(const Json& object, const char* key, Parse parse) -> std::optional<decltype(parse(object))> {
   const Json& value = valueAt(object, key);
   if (isNull(value)) return std::nullopt;
-  return within(key, [&] { return parse(value); });
+  return atField(key, [&] { return parse(value); });
 }
 
 // ---------------------------------------------------------------------------------------------------------

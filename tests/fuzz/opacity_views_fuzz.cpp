@@ -1,3 +1,4 @@
+#include "render/lightfield/common/texel_file.h"
 #include "render/lightfield/olf/opacity_file.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -12,7 +13,10 @@ void surflect::fuzz(std::string_view input) {
   field.cameras.resize(2);
   field.packed.width = field.packed.height = kTexels;
   olf::parseViews(std::as_bytes(std::span(files.first)), field);
-  olf::parseTexels(std::as_bytes(std::span(files.second)), field);
+  field.packed.texels.resize(size_t{2} * kTexels * kTexels);
+  const OpenFile texels(memoryFile(files.second));
+  lightfield::requireTexels(texels, field.packed.texels.size());
+  lightfield::readTexels(texels, 0, field.packed.texels);
   for (uint32_t vertex = 0; vertex < field.mesh.positions.size(); ++vertex)
     for (const uint32_t view : field.visible.of(vertex))
       if (field.packed.layer(view).size() != size_t{kTexels * kTexels}) __builtin_trap();

@@ -1,19 +1,18 @@
 #include "render/lightfield/common/light_field_folder.h"
 
-#include "render/lightfield/common/mesh_file.h"
 #include "srf/capture/json_fields.h"
 #include "srf/capture/writer.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
 #include "surfel/base/hash.h"
+#include "surfel/base/uninitialized_vector.h"
 
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <span>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -31,28 +30,17 @@ constexpr const char* kMeshFile = "mesh.bin";
 constexpr const char* kUnfinishedFile = "light-field.unfinished";
 constexpr std::string_view kTagStart = "surflect "; // of every format
 
-// Checksum of a file too large for memory: hash of the hashes of its portions.
-std::string checksumOf(const fs::path& path, const Progress& progress) {
-  constexpr size_t kPortion = size_t{1} << 20;
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> portion(kPortion);
-  std::vector<uint64_t> hashes;
-  while (file) {
+// Checksum of a file that may be larger than memory: hash of the hashes of its portions.
+std::string checksumOf(const OpenFile& file, const Progress& progress) {
+  constexpr uint64_t kPortion = uint64_t{1} << 20;
+  std::vector<uint64_t> hashes((file.bytes() + kPortion - 1) / kPortion);
+  tbb::parallel_for(size_t{0}, hashes.size(), [&](size_t i) {
     progress.checkpoint();
-    file.read(portion.data(), static_cast<std::streamsize>(kPortion));
-    if (file.gcount() > 0)
-      hashes.push_back(
-          contentHash(std::as_bytes(std::span(portion).first(static_cast<size_t>(file.gcount())))));
-  }
-  if (!file.eof()) throw Error("cannot be read").in(path);
+    UninitializedVector<std::byte> portion(std::min(kPortion, file.bytes() - i * kPortion));
+    file.read(i * kPortion, portion);
+    hashes[i] = contentHash(portion);
+  });
   return hex(contentHash(std::as_bytes(std::span(hashes))));
-}
-
-uint64_t sizeOf(const fs::path& path) {
-  std::error_code failure;
-  const uint64_t bytes = fs::file_size(path, failure);
-  if (failure) throw Error("cannot open (" + failure.message() + ")").in(path);
-  return bytes;
 }
 
 // The training views of a capture, as a capture without files.
@@ -71,12 +59,6 @@ capture::Capture rigOf(const capture::Capture& capture) {
 
 // ---------------------------------------------------------------------------------------------------------
 
-// Checksum of all fields other than `checksum`.
-std::string ownChecksum(Json json) {
-  json.erase("checksum");
-  return hex(contentHash(json.dump()));
-}
-
 // Whether a light field was written, or begun, in a folder.
 bool isLightField(const fs::path& folder) {
   if (fs::exists(folder / kUnfinishedFile)) return true;
@@ -93,6 +75,14 @@ size_t wholeNumber(const Json& value) {
 }
 
 } // namespace
+
+void describeMesh(Archive& archive, TriangleMesh& mesh) {
+  size_t positions = mesh.positions.size(), triangles = mesh.triangles.size();
+  archive.number<uint64_t>("positions", positions, {});
+  archive.number<uint64_t>("triangles", triangles, {});
+  archive.array<float>("positions", mesh.positions, positions);
+  archive.array<uint32_t>("triangles", mesh.triangles, triangles, Below(positions));
+}
 
 void requireLightFieldFolder(const fs::path& folder) {
   if (!fs::exists(folder)) return;
@@ -118,16 +108,21 @@ fs::path LightFieldWriter::file(std::string_view name) {
   return files_.insert_or_assign(std::string(name), folder_ / name).first->second;
 }
 
+void LightFieldWriter::write(std::string_view name, std::span<const std::byte> content) {
+  writeFileAtomically(file(name), content);
+}
+
 void LightFieldWriter::commit(const capture::Capture& capture, const TriangleMesh& mesh,
                               const Numbers& numbers, const Progress& progress) {
   capture::writeCapture(rigOf(capture), folder_);
-  writeMeshFile(folder_ / kMeshFile, mesh);
-  file(kRigFile), file(kMeshFile);
+  file(kRigFile);
+  write(kMeshFile, written(mesh, describeMesh));
   Json json = {{"format", format_}, {"version", version_}, {"numbers", numbers}, {"files", Json::object()}};
-  for (const auto& [name, path] : files_)
-    json["files"][name] = {{"bytes", sizeOf(path)}, {"checksum", checksumOf(path, progress)}};
-  json["checksum"] = ownChecksum(json);
-  writeFileAtomically(folder_ / kManifestFile, json.dump(2) + "\n");
+  for (const auto& [name, path] : files_) {
+    const OpenFile file(path);
+    json["files"][name] = {{"bytes", file.bytes()}, {"checksum", checksumOf(file, progress)}};
+  }
+  writeFileAtomically(folder_ / kManifestFile, capture::sealedText(json));
   fs::remove(folder_ / kUnfinishedFile);
 }
 
@@ -137,33 +132,24 @@ LightFieldFolder::LightFieldFolder(fs::path folder, std::string_view format, int
   const fs::path manifest = folder_ / kManifestFile;
   if (!fs::exists(manifest) && fs::exists(folder_ / kUnfinishedFile))
     throw Error("unfinished light field: run the same build again").in(manifest);
-  try {
-    const Json json = capture::parseJson(readFile(manifest, kLargestText));
-    capture::objectOf(json);
-    if (const Json& found = capture::valueAt(json, "format"); found != format)
-      throw Error::mismatch('"' + std::string(format) + '"', capture::shown(found)).at("format");
-    if (const Json& found = capture::valueAt(json, "version"); found != version)
-      throw Error::mismatch(std::to_string(version), capture::shown(found)).at("version");
-    const std::string stated = capture::required(json, "checksum", capture::textOf);
-    if (const std::string found = ownChecksum(json); stated != found)
-      throw Error::mismatch(stated, found).at("checksum");
-    identity_ = contentHash(stated);
+  inFile(manifest, [&] {
+    const Json json = capture::parseSealed(readFile(manifest, kLargestText), format, {version});
+    identity_ = contentHash(json["checksum"].get<std::string>());
     const Json numbers = capture::required(json, "numbers", capture::objectOf);
-    for (const auto& [name, value] : numbers.items())
-      numbers_[name] = capture::within("numbers." + name, [&] { return capture::numberOf(value); });
+    for (const auto& [name, value] : numbers.items()) {
+      const Json& number = value;
+      numbers_[name] = atField("numbers." + name, [&] { return capture::numberOf(number); });
+    }
     const Json files = capture::required(json, "files", capture::objectOf);
     for (const auto& [name, value] : files.items()) {
       if (fs::path(name).filename() != name) throw Error("leads out of the folder").at("files." + name);
       entries_[name] = {capture::required(value, "bytes", wholeNumber),
                         capture::required(value, "checksum", capture::textOf)};
     }
-  } catch (Error& error) {
-    throw std::move(error).in(manifest);
-  }
-  check(kRigFile, progress);
+  });
+  checked(kRigFile, progress);
   rig_ = capture::readCapture(folder_, capture::PathRule::unmade);
-  check(kMeshFile, progress);
-  mesh_ = readMeshFile(folder_ / kMeshFile, progress);
+  mesh_ = storedMesh(*this, kMeshFile, progress);
 }
 
 double LightFieldFolder::number(std::string_view name, double lowest, double highest) const {
@@ -193,17 +179,27 @@ fs::path LightFieldFolder::file(std::string_view name) const {
   return folder_ / name;
 }
 
-void LightFieldFolder::check(std::string_view name, const Progress& progress) const {
-  const fs::path path = file(name);
+OpenFile LightFieldFolder::checked(std::string_view name, const Progress& progress) const {
+  OpenFile file(this->file(name));
   const Entry& entry = entries_.find(name)->second;
-  if (const uint64_t found = sizeOf(path); found != entry.bytes)
-    throw Error::mismatch(std::to_string(entry.bytes) + " bytes", std::to_string(found) + " bytes").in(path);
-  if (const std::string found = checksumOf(path, progress); found != entry.checksum)
-    throw Error::mismatch(entry.checksum, found).at("checksum").in(path);
+  if (file.bytes() != entry.bytes)
+    throw Error::mismatch(std::to_string(entry.bytes) + " bytes", std::to_string(file.bytes()) + " bytes")
+        .in(file.path());
+  if (const std::string found = checksumOf(file, progress); found != entry.checksum)
+    throw Error::mismatch(entry.checksum, found).at("checksum").in(file.path());
+  return file;
+}
+
+TriangleMesh storedMesh(const LightFieldFolder& folder, std::string_view name, const Progress& progress) {
+  TriangleMesh mesh;
+  folder.read(name, progress, [&](std::span<const std::byte> bytes) {
+    parse(bytes, [&](Archive& archive) { describeMesh(archive, mesh); });
+  });
+  return mesh;
 }
 
 uint64_t LightFieldFolder::bytes() const {
-  uint64_t sum = sizeOf(folder_ / kManifestFile);
+  uint64_t sum = OpenFile(folder_ / kManifestFile).bytes();
   for (const auto& [name, entry] : entries_) sum += entry.bytes;
   return sum;
 }

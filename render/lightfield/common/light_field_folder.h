@@ -3,23 +3,34 @@
 //   manifest.json     format, version, numbers and counts, checksums of the other files; written last
 //   transforms.json   the training views that the light field was built from, in its coordinates
 //   mesh.bin          the triangle mesh, exactly
-//   others            the format's own
+//   others            the format's own; docs/format.md specifies them
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "surfel/base/archive.h"
+#include "surfel/base/error_context.h"
+#include "surfel/base/file.h"
+#include "surfel/base/open_file.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 namespace surflect::lightfield {
 
 // Numbers of a light field by name; counts are whole.
 using Numbers = std::map<std::string, double>;
+
+// Describes a mesh: counts, positions, corners of triangles.
+void describeMesh(Archive& archive, TriangleMesh& mesh);
 
 // Throws Error unless a light field may be written there: the folder is missing, empty, or holds one.
 void requireLightFieldFolder(const std::filesystem::path& folder);
@@ -37,6 +48,8 @@ public:
 
   // Path for one of the format's own files, which must be written before commit().
   std::filesystem::path file(std::string_view name);
+  // Writes one of the format's own files.
+  void write(std::string_view name, std::span<const std::byte> content);
   // Writes the capture's training views and the mesh, then the manifest with the checksums of all files.
   // Throws Error and Cancelled.
   void commit(const capture::Capture& capture, const TriangleMesh& mesh, const Numbers& numbers,
@@ -52,9 +65,9 @@ private:
 // A finished folder.
 class LightFieldFolder {
 public:
-  // Reads manifest, views and mesh. Views and mesh are checked against the checksums in the manifest; check()
-  // does so for the format's own files. Throws Error naming file and field, also for another format or
-  // version; and Cancelled.
+  // Reads manifest, views and mesh. Views and mesh are checked against the checksums in the manifest;
+  // checked() and read() do so for the format's own files. Throws Error naming file and field, also for
+  // another format or version; and Cancelled.
   LightFieldFolder(std::filesystem::path folder, std::string_view format, int version,
                    const Progress& progress = {});
 
@@ -70,8 +83,14 @@ public:
   size_t count(std::string_view name, size_t lowest, size_t highest) const;
   // Path of one of the format's own files. Throws Error if the manifest does not list it.
   std::filesystem::path file(std::string_view name) const;
-  // Throws Error unless a file has the size and the checksum of the manifest; Cancelled.
-  void check(std::string_view name, const Progress& progress = {}) const;
+  // Opens one of the files. Throws Error unless it has the size and the checksum of the manifest; Cancelled.
+  OpenFile checked(std::string_view name, const Progress& progress = {}) const;
+  // Calls use(bytes) for the content of a checked file, whose name its Errors get. Throws Error and
+  // Cancelled.
+  template <class Use> void read(std::string_view name, const Progress& progress, const Use& use) const {
+    const std::string content = readFile(checked(name, progress).path(), kLargestFile, progress);
+    inFile(file(name), [&] { use(std::as_bytes(std::span(content))); });
+  }
   // Bytes of all files.
   uint64_t bytes() const;
 
@@ -88,5 +107,38 @@ private:
   std::map<std::string, Entry, std::less<>> entries_;
   uint64_t identity_ = 0;
 };
+
+// Mesh in a file. Throws Error naming file and field; Cancelled.
+TriangleMesh storedMesh(const LightFieldFolder& folder, std::string_view name, const Progress& progress = {});
+
+// Numbers of a manifest, each described once for writing and reading.
+class NumberArchive {
+public:
+  NumberArchive() = default; // writes
+  explicit NumberArchive(const LightFieldFolder& folder) : folder_(&folder) {}
+
+  // A number within bounds; of an integer or enumeration a whole one. Throws Error as LightFieldFolder does.
+  template <class Value> void number(const std::string& name, Value& value, Range<double> range) {
+    if (!folder_)
+      numbers_[name] = static_cast<double>(value);
+    else if constexpr (std::is_floating_point_v<Value>)
+      value = folder_->number(name, range.lowest, range.highest);
+    else
+      value = static_cast<Value>(
+          folder_->count(name, static_cast<size_t>(range.lowest), static_cast<size_t>(range.highest)));
+  }
+  const Numbers& numbers() const { return numbers_; } // written
+
+private:
+  const LightFieldFolder* folder_ = nullptr;
+  Numbers numbers_;
+};
+
+// Numbers of a value by describe(archive, value).
+template <class Value, class Describe> Numbers numbersOf(const Value& value, const Describe& describe) {
+  NumberArchive archive;
+  describe(archive, const_cast<Value&>(value)); // which a writer does not change
+  return archive.numbers();
+}
 
 } // namespace surflect::lightfield

@@ -1,166 +1,132 @@
 #include "render/lightfield/lfm/lfm_file.h"
 
-#include "render/lightfield/common/binary.h"
 #include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/tile.h"
+#include "surfel/base/archive.h"
 #include "surfel/base/error.h"
-#include "surfel/base/file.h"
+#include "surfel/base/error_context.h"
+#include "surfel/base/up_to.h"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <string>
-#include <string_view>
 #include <utility>
 
 namespace surflect::lfm {
 
 namespace {
 
-using lightfield::append, lightfield::Reader;
-
-std::string_view startOf(size_t channels) { return channels == 4 ? "rgbamaps" : "lfm maps"; }
-
-void appendTable(std::vector<std::byte>& bytes, const MapTable& table) {
-  append(bytes, table.maps.count);
-  const bool hasIndices = !isIdentity(table);
-  append(bytes, uint64_t{hasIndices});
-  if (hasIndices && indexBytes(table) == 4) append(bytes, std::span<const uint32_t>(table.mapOf));
-  if (hasIndices && indexBytes(table) == 2) {
+void describeTable(Archive& archive, MapTable& table, size_t users, const MapShape& shape) {
+  bool hasIndices = !isIdentity(table);
+  archive.number<uint64_t>("count", table.maps.count, {0, archive.left()}); // a map takes more than a byte
+  archive.number<uint64_t>("hasIndices", hasIndices, {0, 1});
+  if (hasIndices && indexBytes(table) == 4) {
+    archive.array<uint32_t>("mapOf", table.mapOf, users);
+  } else if (hasIndices) {
     std::vector<uint16_t> narrow;
     for (const uint32_t map : table.mapOf) narrow.push_back(static_cast<uint16_t>(map)); // kNoMap: all bits 1
-    append(bytes, std::span<const uint16_t>(narrow));
-  }
-  append(bytes, std::span<const uint8_t>(table.maps.data));
-}
-
-MapTable takeTable(Reader& reader, size_t users, const MapShape& shape, Coding coding,
-                   const std::string& field) {
-  MapTable table;
-  table.maps.coding = coding;
-  table.maps.count = reader.take(0, reader.left(), field + ".count"); // a map takes more than a byte
-  const bool hasIndices = reader.take(0, 1, field + ".hasIndices") == 1;
-  if (hasIndices && indexBytes(table) == 4) {
-    table.mapOf = reader.takeMany<uint32_t>(users, field + ".mapOf");
-  } else if (hasIndices) {
-    for (const uint16_t map : reader.takeMany<uint16_t>(users, field + ".mapOf"))
-      table.mapOf.push_back(map == UINT16_MAX ? kNoMap : map);
-  } else {
+    archive.array<uint16_t>("mapOf", narrow, users);
+    if (archive.isReading())
+      for (const uint16_t map : narrow) table.mapOf.push_back(map == UINT16_MAX ? kNoMap : map);
+  } else if (archive.isReading()) {
     if (table.maps.count != users)
-      throw Error::mismatch(std::to_string(users), std::to_string(table.maps.count)).at(field + ".count");
-    table.mapOf.resize(users);
-    std::iota(table.mapOf.begin(), table.mapOf.end(), 0u);
+      throw Error::mismatch(std::to_string(users), std::to_string(table.maps.count)).at("count");
+    table.mapOf = upTo(users);
   }
-  table.maps.data = reader.takeMany<uint8_t>(bytesOf(shape, coding, table.maps.count), field + ".data");
-  return table;
-}
-
-template <class Enumeration>
-Enumeration takeChoice(Reader& reader, Enumeration last, const std::string& field) {
-  return static_cast<Enumeration>(reader.take(0, static_cast<uint64_t>(last), field));
+  archive.array<uint8_t>("data", table.maps.data, bytesOf(shape, table.maps.coding, table.maps.count));
 }
 
 // Frame of unit axes x and z at right angles, as nearly as floats are.
-VertexFrame frameOf(std::span<const float> numbers, const std::string& field) {
-  const Vec3<double> x(numbers[0], numbers[1], numbers[2]), z(numbers[3], numbers[4], numbers[5]);
+VertexFrame frameOf(std::span<const float, 6> axes) {
+  const Vec3<double> x(axes[0], axes[1], axes[2]), z(axes[3], axes[4], axes[5]);
   constexpr double kTolerance = 1e-5;
-  const auto isSmall = [](double error) { return std::abs(error) < kTolerance; }; // not NaN
+  const auto isSmall = [](double error) { return std::abs(error) < kTolerance; };
   if (!isSmall(x.norm() - 1) || !isSmall(z.norm() - 1) || !isSmall(x.dot(z)))
-    throw Error("axes are not unit vectors at right angles").at(field);
+    throw Error("axes are not unit vectors at right angles");
   const Vec3<double> exactZ = z.normalized(), exactX = (x - x.dot(exactZ) * exactZ).normalized();
   return {exactX, exactZ.cross(exactX), exactZ};
 }
 
-} // namespace
-
-std::vector<std::byte> mapsBytes(const LightFieldMaps& maps) {
-  std::vector<std::byte> bytes;
-  append(bytes, std::span<const char>(startOf(maps.channels)));
-  const bool hasTerms = !maps.terms.empty();
-  const Coding surface = hasTerms ? maps.terms[0].surface.maps.coding : Coding::bytes,
-               view = hasTerms ? maps.terms[0].view.maps.coding : Coding::bytes;
-  for (const size_t number :
-       {maps.mesh.positions.size(), maps.mesh.triangles.size(), static_cast<size_t>(maps.method),
-        static_cast<size_t>(maps.layout), static_cast<size_t>(maps.samples),
-        static_cast<size_t>(maps.viewSize), maps.terms.size(), static_cast<size_t>(surface),
-        static_cast<size_t>(view), static_cast<size_t>(maps.mean.maps.coding)})
-    append(bytes, uint64_t{number});
-  append(bytes, std::span<const float>(&maps.meanWhite, 1));
-  for (const VertexFrame& frame : maps.frames) {
-    std::array<float, 6> numbers;
-    for (size_t i = 0; i < 3; ++i) {
-      numbers[i] = static_cast<float>(frame.x[static_cast<Eigen::Index>(i)]);
-      numbers[3 + i] = static_cast<float>(frame.z[static_cast<Eigen::Index>(i)]);
-    }
-    append(bytes, std::span<const float>(numbers));
+void describeFrame(Archive& archive, VertexFrame& frame) {
+  std::array<float, 6> axes;
+  for (size_t i = 0; i < 3; ++i) {
+    axes[i] = static_cast<float>(frame.x[static_cast<Eigen::Index>(i)]);
+    axes[3 + i] = static_cast<float>(frame.z[static_cast<Eigen::Index>(i)]);
   }
-  for (const Term& term : maps.terms) {
-    append(bytes, std::span<const float>(term.scale));
-    appendTable(bytes, term.surface);
-    appendTable(bytes, term.view);
-  }
-  appendTable(bytes, maps.mean);
-  return bytes;
+  archive.numbers<float>("axes", axes);
+  if (archive.isReading()) frame = frameOf(axes);
 }
 
+// maps.bin. When it is read, the maps have their mesh and the number of their channels.
+void describeMaps(Archive& archive, LightFieldMaps& maps) {
+  const size_t vertices = maps.mesh.positions.size(), triangles = maps.mesh.triangles.size();
+  size_t terms = maps.terms.size();
+  Coding surface = terms > 0 ? maps.terms[0].surface.maps.coding : Coding::bytes,
+         view = terms > 0 ? maps.terms[0].view.maps.coding : Coding::bytes;
+  archive.magic(maps.channels == 4 ? "rgbamaps" : "lfm maps");
+  archive.constant<uint64_t>("vertices", vertices);
+  archive.constant<uint64_t>("triangles", triangles);
+  archive.choice<uint64_t>("method", maps.method, Method::nmf);
+  archive.choice<uint64_t>("layout", maps.layout, SurfaceLayout::scalar);
+  archive.number<uint64_t>("samples", maps.samples, {2, PatchGrid::kMostPerEdge});
+  archive.number<uint64_t>("viewSize", maps.viewSize, {kLeastViewSize, kLargestViewSize});
+  archive.number<uint64_t>("terms", terms, {0, kMostTerms});
+  archive.choice<uint64_t>("surfaceCoding", surface, Coding::dxt1);
+  archive.choice<uint64_t>("viewCoding", view, Coding::dxt5);
+  archive.choice<uint64_t>("meanCoding", maps.mean.maps.coding, Coding::dxt5);
+  archive.number<float>("meanWhite", maps.meanWhite, {1e-30f});
+  archive.each("frames", maps.frames, vertices, [&](VertexFrame& frame) { describeFrame(archive, frame); });
+  archive.each("terms", maps.terms, terms, [&](Term& term) {
+    if (archive.isReading()) term.surface.maps.coding = surface, term.view.maps.coding = view;
+    archive.array<float>("scale", term.scale, vertices, {0});
+    const size_t users = maps.layout == SurfaceLayout::packed ? triangles : 3 * triangles;
+    atField("surface", [&] { describeTable(archive, term.surface, users, surfaceShape(maps)); });
+    atField("view", [&] { describeTable(archive, term.view, vertices, viewShape(maps)); });
+  });
+  atField("mean", [&] {
+    describeTable(archive, maps.mean, maps.method == Method::pca ? triangles : 0, meanShape(maps));
+  });
+}
+
+} // namespace
+
+std::vector<std::byte> mapsBytes(const LightFieldMaps& maps) { return written(maps, describeMaps); }
+
 LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh, size_t channels) {
-  Reader reader(bytes);
-  reader.takeStart(startOf(channels));
   LightFieldMaps maps;
   maps.channels = channels;
   maps.mesh = std::move(mesh);
-  const size_t vertices = maps.mesh.positions.size(), triangles = maps.mesh.triangles.size();
-  reader.take(vertices, vertices, "vertices");
-  reader.take(triangles, triangles, "triangles");
-  maps.method = takeChoice(reader, Method::nmf, "method");
-  maps.layout = takeChoice(reader, SurfaceLayout::scalar, "layout");
-  maps.samples = static_cast<int>(reader.take(2, PatchGrid::kMostPerEdge, "samples"));
-  maps.viewSize = static_cast<int>(reader.take(kLeastViewSize, kLargestViewSize, "viewSize"));
-  const size_t terms = reader.take(0, kMostTerms, "terms");
-  const auto surface = takeChoice(reader, Coding::dxt1, "surfaceCoding");
-  const auto view = takeChoice(reader, Coding::dxt5, "viewCoding");
-  const auto mean = takeChoice(reader, Coding::dxt5, "meanCoding");
-  maps.meanWhite = reader.takeMany<float>(1, "meanWhite")[0];
-  const std::vector<float> axes = reader.takeMany<float>(6 * vertices, "frames");
-  for (size_t v = 0; v < vertices; ++v)
-    maps.frames.push_back(frameOf(std::span(axes).subspan(6 * v, 6), "frames[" + std::to_string(v) + ']'));
-  const size_t users = maps.layout == SurfaceLayout::packed ? triangles : 3 * triangles;
-  for (size_t k = 0; k < terms; ++k) {
-    const std::string field = "terms[" + std::to_string(k) + ']';
-    Term& term = maps.terms.emplace_back();
-    term.scale = reader.takeMany<float>(vertices, field + ".scale");
-    term.surface = takeTable(reader, users, surfaceShape(maps), surface, field + ".surface");
-    term.view = takeTable(reader, vertices, viewShape(maps), view, field + ".view");
-  }
-  maps.mean = takeTable(reader, maps.method == Method::pca ? triangles : 0, meanShape(maps), mean, "mean");
-  reader.requireEnd();
+  parse(bytes, [&](Archive& archive) { describeMaps(archive, maps); });
   requireComplete(maps);
   return maps;
+}
+
+LightFieldMaps readMaps(const lightfield::LightFieldFolder& folder, size_t channels,
+                        const Progress& progress) {
+  LightFieldMaps maps;
+  folder.read(kMapsFile, progress,
+              [&](std::span<const std::byte> bytes) { maps = parseMaps(bytes, folder.mesh(), channels); });
+  return maps;
+}
+
+lightfield::Numbers numbersOf(const LightFieldMaps& maps) {
+  return {{"terms", static_cast<double>(maps.terms.size())},
+          {"samples", maps.samples},
+          {"view_size", maps.viewSize}};
 }
 
 void writeMaps(const LightFieldMaps& maps, const capture::Capture& capture,
                const std::filesystem::path& folder, const Progress& progress) {
   lightfield::LightFieldWriter writer(folder, kFormatTag, kFormatVersion);
-  writeFileAtomically(writer.file(kMapsFile), mapsBytes(maps));
-  writer.commit(capture, maps.mesh,
-                {{"terms", static_cast<double>(maps.terms.size())},
-                 {"samples", maps.samples},
-                 {"view_size", maps.viewSize}},
-                progress);
+  writer.write(kMapsFile, mapsBytes(maps));
+  writer.commit(capture, maps.mesh, numbersOf(maps), progress);
 }
 
 OpenedMaps openMaps(const std::filesystem::path& path, const Progress& progress) {
   lightfield::LightFieldFolder folder(path, kFormatTag, kFormatVersion, progress);
-  folder.check(kMapsFile, progress);
-  const std::filesystem::path file = folder.file(kMapsFile);
-  try {
-    const std::string content = readFile(file, kLargestFile, progress);
-    LightFieldMaps maps = parseMaps(std::as_bytes(std::span(content)), folder.mesh());
-    return {std::move(folder), std::move(maps)};
-  } catch (Error& error) {
-    throw std::move(error).in(file);
-  }
+  LightFieldMaps maps = readMaps(folder, 3, progress);
+  return {std::move(folder), std::move(maps)};
 }
 
 } // namespace surflect::lfm

@@ -1,17 +1,5 @@
-// Light field maps on disk: a folder of light_field_folder.h, of format "surflect light field maps", with
-//
-// maps.bin, all numbers little-endian:
-//
-//   - the text "lfm maps"; of four channels "rgbamaps"
-//   - 8 bytes each: vertices, triangles, method, layout, samples, view size, terms; coding of surface maps,
-//     of view maps and of the mean
-//   - a float: root of the radiance of byte 255 of the mean (root_radiance.h)
-//   - for each vertex 6 floats: its x axis, its z axis
-//   - for each term: scale of each vertex (float), table of surface maps, table of view maps
-//   - table of mean maps
-//
-// A table has the number of its maps (8 bytes); 1 if users' maps follow, else 0 (8 bytes); where they do,
-// the map of each user (indexBytes(); all bits 1: none); and the data of the maps.
+// Light field maps on disk: a folder of light_field_folder.h, of format "surflect light field maps",
+// specified in docs/format.md.
 #pragma once
 
 #include "render/lightfield/common/light_field_folder.h"
@@ -36,6 +24,12 @@ std::vector<std::byte> mapsBytes(const LightFieldMaps& maps);
 // Reads the content of maps.bin for a mesh, and maps of so many channels. Throws Error naming the field for
 // bytes that are no such file.
 LightFieldMaps parseMaps(std::span<const std::byte> bytes, TriangleMesh mesh, size_t channels = 3);
+// Maps of so many channels of a folder of any format. Throws Error with file and field, and Cancelled.
+LightFieldMaps readMaps(const lightfield::LightFieldFolder& folder, size_t channels,
+                        const Progress& progress = {});
+
+// Numbers of all manifests of maps.
+lightfield::Numbers numbersOf(const LightFieldMaps& maps);
 
 // Writes a folder, which must be missing, empty or a light field. The capture's training views are those that
 // the maps were made of. Throws Error and Cancelled.

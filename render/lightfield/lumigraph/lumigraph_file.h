@@ -1,18 +1,15 @@
-// Lumigraphs on disk: a folder of light_field_folder.h, of format "surflect lumigraph".
-//
-//   manifest.json   also overlap, nodes, and the numbers of each slab
-//   texels.bin      texels of all nodes: i fastest, then j, then the slab
-//   geometry.bin, fringe.bin   the geometry that corrects depth (mesh_file.h), if it is not mesh.bin
+// Lumigraphs on disk: a folder of light_field_folder.h, of format "surflect lumigraph", specified in
+// docs/format.md.
 #pragma once
 
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/lumigraph/lumigraph.h"
 #include "srf/capture/capture.h"
+#include "surfel/base/file.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 
 #include <filesystem>
-#include <fstream>
 #include <span>
 
 namespace surflect::lumigraph {
@@ -35,8 +32,7 @@ public:
 
 private:
   lightfield::LightFieldWriter folder_;
-  std::filesystem::path path_;
-  std::ofstream file_;
+  AtomicFile texels_;
 };
 
 // Reads a lumigraph; its texels take 8 bytes each. Throws Error naming the file and field if a number is out

@@ -1,8 +1,5 @@
-// Opacity light fields on disk: a folder of light_field_folder.h, of format "surflect opacity light field".
-//
-//   manifest.json   also method, domain, order, BSP trees, and the size of a layer
-//   views.bin       place and scale of each packed view, then the visible views of each vertex
-//   texels.bin      half floats, layer by layer
+// Opacity light fields on disk: a folder of light_field_folder.h, of format "surflect opacity light field",
+// specified in docs/format.md.
 #pragma once
 
 #include "render/lightfield/common/light_field_folder.h"
@@ -29,9 +26,8 @@ void writeField(const OpacityField& field, const capture::Capture& capture,
 // lies outside its layer or is no plain pinhole, or a texel is not finite; and Cancelled.
 OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress = {});
 
-// Read the content of views.bin and of texels.bin into a field that has its mesh, its cameras and the size of
-// a layer. Throw Error naming the field as readField() does.
+// Reads the content of views.bin into a field that has its mesh, its cameras and the size of a layer. Throws
+// Error naming the field as readField() does.
 void parseViews(std::span<const std::byte> bytes, OpacityField& field);
-void parseTexels(std::span<const std::byte> bytes, OpacityField& field);
 
 } // namespace surflect::olf

@@ -1,7 +1,5 @@
 // Opacity light field maps on disk: a folder of light_field_folder.h, of format "surflect opacity light field
-// maps", with numbers `white` and `order`, and
-//
-//   maps.bin   as lfm_file.h has it, of four channels
+// maps", specified in docs/format.md.
 #pragma once
 
 #include "render/lightfield/common/light_field_folder.h"

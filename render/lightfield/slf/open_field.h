@@ -16,8 +16,8 @@ struct OpenedField {
   std::unique_ptr<const Textures> textures; // read from disk when asked for
 };
 
-// Reads all but the textures. Their checksum is not checked: call LightFieldFolder::check() for that. Throws
-// Error with file and field for a folder that is damaged or of another format, and Cancelled.
+// Reads all but the textures, whose checksum is checked. Throws Error with file and field for a folder that
+// is damaged or of another format, and Cancelled.
 OpenedField openField(const std::filesystem::path& folder, const Progress& progress = {});
 
 } // namespace surflect::slf

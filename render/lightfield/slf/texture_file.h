@@ -4,6 +4,7 @@
 #include "render/lightfield/slf/field.h"
 #include "render/lightfield/slf/field_file.h"
 #include "surfel/base/file.h"
+#include "surfel/base/open_file.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -35,25 +36,16 @@ private:
 // Reads textures by their places; those that are not stored are black and nowhere observed.
 class TextureFile : public Textures {
 public:
-  // Opens the file; read() names it in errors. Throws Error unless its size is a whole number of texels.
-  explicit TextureFile(std::filesystem::path path);
-  ~TextureFile() override;
-  TextureFile(const TextureFile&) = delete;
-  TextureFile& operator=(const TextureFile&) = delete;
-
-  uint64_t texels() const { return texels_; }
-  // Places must lie within the file. sizes: texels of the textures of each region.
-  void place(TexturePlaces places, std::vector<size_t> sizes);
+  // Places, which must lie within the file, and regions of a field.
+  TextureFile(OpenFile file, TexturePlaces places, std::span<const Region> regions);
 
   // Throws Error also for texels that are not finite.
   std::vector<Texel> read(size_t region, size_t direction) const override;
 
 private:
-  std::filesystem::path path_;
-  int descriptor_ = -1;
-  uint64_t texels_ = 0;
+  OpenFile file_;
   TexturePlaces places_;
-  std::vector<size_t> sizes_;
+  std::vector<size_t> sizes_; // texels of the textures of each region
 };
 
 } // namespace surflect::slf

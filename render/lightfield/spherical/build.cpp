@@ -1,6 +1,6 @@
 #include "render/lightfield/spherical/build.h"
 
-#include "render/lightfield/spherical/tile_coding.h"
+#include "render/lightfield/spherical/tile_file.h"
 #include "surfel/base/error.h"
 #include "surfel/base/stopwatch.h"
 

@@ -2,7 +2,6 @@
 
 #include "surfel/base/error.h"
 
-#include <array>
 #include <bit>
 #include <cassert>
 #include <string>
@@ -12,23 +11,26 @@ namespace surflect::spherical {
 
 namespace {
 
-constexpr std::array<const char*, 3> kMiddle{"middle.x", "middle.y", "middle.z"};
-
 std::string fileOf(size_t level) { return "level" + std::to_string(level) + ".tiles"; }
 
 size_t imagesOf(size_t level) { return imagesUpTo(level) - firstImageOf(level); }
 
+void describeShape(lightfield::NumberArchive& archive, FieldShape& shape) {
+  archive.number("levels", shape.levels, {1, kMostLevels});
+  archive.number("size", shape.size, {kLeastSize, kLargestSize});
+  for (int axis = 0; axis < 3; ++axis)
+    archive.number(std::string("middle.") + "xyz"[axis], shape.sphere.middle[axis], {-1e15, 1e15});
+  archive.number("radius", shape.sphere.radius, {1e-15, 1e15});
+}
+
 FieldShape readShape(const lightfield::LightFieldFolder& folder) {
   FieldShape shape;
-  shape.levels = folder.count("levels", 1, kMostLevels);
-  shape.size = static_cast<int>(folder.count("size", kLeastSize, kLargestSize));
+  lightfield::NumberArchive numbers(folder);
+  describeShape(numbers, shape);
   if (!std::has_single_bit(static_cast<unsigned>(shape.size)))
     throw Error::mismatch("a power of two", std::to_string(shape.size))
         .at("numbers.size")
         .in(folder.path() / "manifest.json");
-  for (int axis = 0; axis < 3; ++axis)
-    shape.sphere.middle[axis] = folder.number(kMiddle[static_cast<size_t>(axis)], -1e15, 1e15);
-  shape.sphere.radius = folder.number("radius", 1e-15, 1e15);
   return shape;
 }
 
@@ -47,11 +49,7 @@ void SphericalWriter::append(std::span<const std::byte> encodedTile) {
 void SphericalWriter::commit(const capture::Capture& trainingViews, const TriangleMesh& mesh,
                              const Progress& progress) {
   assert(appended_ == shape_.images());
-  lightfield::Numbers numbers{
-      {"levels", shape_.levels}, {"size", shape_.size}, {"radius", shape_.sphere.radius}};
-  for (int axis = 0; axis < 3; ++axis)
-    numbers[kMiddle[static_cast<size_t>(axis)]] = shape_.sphere.middle[axis];
-  folder_.commit(trainingViews, mesh, numbers, progress);
+  folder_.commit(trainingViews, mesh, lightfield::numbersOf(shape_, describeShape), progress);
 }
 
 SphericalFile::SphericalFile(const lightfield::LightFieldFolder& folder) : shape_(readShape(folder)) {

@@ -46,7 +46,7 @@ public:
   // Takes over a folder as LightFieldWriter does. Throws Error.
   SphericalWriter(const std::filesystem::path& folder, const FieldShape& shape);
 
-  // Appends the next image (tile_coding.h). Throws Error.
+  // Appends the next image (tile_file.h). Throws Error.
   void append(std::span<const std::byte> encodedTile);
   // Finishes the folder once all images have been appended. Throws Error and Cancelled.
   void commit(const capture::Capture& trainingViews, const TriangleMesh& mesh, const Progress& progress = {});

@@ -1,56 +1,94 @@
 #include "render/lightfield/spherical/tile_file.h"
 
-#include "render/lightfield/common/binary.h"
-#include "render/lightfield/common/read_at.h"
+#include "render/lightfield/common/texel_file.h"
+#include "srf/image/deflate.h"
+#include "surfel/base/archive.h"
 #include "surfel/base/error.h"
+#include "surfel/base/error_context.h"
 #include "surfel/base/hash.h"
 
-#include <cerrno>
-#include <cstring>
+#include <cassert>
 #include <string>
-#include <string_view>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <utility>
 
 namespace surflect::spherical {
 
 namespace {
 
-constexpr std::string_view kMark = "SPHTILES";
-constexpr uint64_t kFooterBytes = 4 * sizeof(uint64_t);
+constexpr size_t kPlanes = 5; // r, g, b, alpha, height; of 16 bits
+constexpr size_t kEffort = 6; // of zlibStream()
 
-// Reads the index of a file of `fileBytes` bytes.
-std::vector<TileEntry> readIndex(int descriptor, uint64_t fileBytes, size_t tiles, int size) {
-  const uint64_t indexBytes = tiles * sizeof(TileEntry), endBytes = indexBytes + kFooterBytes;
-  if (fileBytes < endBytes)
-    throw Error::mismatch("at least " + std::to_string(endBytes) + " bytes", std::to_string(fileBytes))
-        .at("size");
-  std::vector<std::byte> footer(kFooterBytes), indexed(indexBytes);
-  lightfield::readAt(descriptor, footer, fileBytes - kFooterBytes);
-  lightfield::Reader reader(footer);
-  try {
-    reader.takeStart(kMark);
-    reader.take(tiles, tiles, "tiles");
-    reader.take(static_cast<uint64_t>(size), static_cast<uint64_t>(size), "size of a tile");
-  } catch (Error& error) {
-    throw std::move(error).at("footer");
-  }
-  lightfield::readAt(descriptor, indexed, fileBytes - endBytes);
-  const uint64_t stated = reader.takeMany<uint64_t>(1, "checksum")[0];
-  if (const uint64_t found = contentHash(indexed); found != stated)
-    throw Error::mismatch(hex(stated), hex(found)).at("index: checksum");
-  std::vector<TileEntry> index = lightfield::Reader(indexed).takeMany<TileEntry>(tiles, "index");
-  const uint64_t end = fileBytes - endBytes;
-  for (size_t tile = 0; tile < tiles; ++tile)
-    if (const TileEntry& entry = index[tile]; entry.position > end || entry.bytes > end - entry.position)
-      throw Error::mismatch("a place within " + std::to_string(end) + " bytes",
-                            std::to_string(entry.bytes) + " bytes at " + std::to_string(entry.position))
-          .at("index[" + std::to_string(tile) + "]");
-  return index;
+uint16_t valueAt(const Tile& tile, size_t plane, size_t texel) {
+  return plane < 4 ? tile.colors[texel][plane] : tile.heights[texel];
+}
+
+// Plane by plane: high bytes of the differences from the texel before in the row, then their low bytes.
+std::vector<uint8_t> differences(const Tile& tile, size_t size) {
+  const size_t texels = size * size;
+  std::vector<uint8_t> bytes(2 * kPlanes * texels);
+  for (size_t plane = 0; plane < kPlanes; ++plane)
+    for (size_t texel = 0; texel < texels; ++texel) {
+      const int before = texel % size == 0 ? 0 : valueAt(tile, plane, texel - 1);
+      const auto difference = static_cast<uint16_t>(valueAt(tile, plane, texel) - before);
+      bytes[2 * plane * texels + texel] = static_cast<uint8_t>(difference >> 8);
+      bytes[(2 * plane + 1) * texels + texel] = static_cast<uint8_t>(difference);
+    }
+  return bytes;
+}
+
+Tile summed(std::span<const uint8_t> bytes, size_t size) {
+  const size_t texels = size * size;
+  Tile tile{std::vector<Texel>(texels), std::vector<Height>(texels)};
+  for (size_t plane = 0; plane < kPlanes; ++plane)
+    for (size_t texel = 0; texel < texels; ++texel) {
+      const int before = texel % size == 0 ? 0 : valueAt(tile, plane, texel - 1);
+      const int difference = bytes[2 * plane * texels + texel] << 8 | bytes[(2 * plane + 1) * texels + texel];
+      const auto value = static_cast<uint16_t>(before + difference);
+      (plane < 4 ? tile.colors[texel][plane] : tile.heights[texel]) = value;
+    }
+  return tile;
+}
+
+bool isValid(const Texel& texel) {
+  constexpr uint16_t kOne = 0x3c00;
+  return lightfield::isFinite(texel) && texel[3] <= kOne;
+}
+
+constexpr size_t kFooterBytes = 4 * sizeof(uint64_t);
+
+// End of a file: the index of tiles of a size, and a footer.
+void describeIndex(Archive& archive, std::vector<TileEntry>& index, size_t tiles, int size) {
+  archive.array<uint64_t>("index", index, tiles);
+  const uint64_t hash = archive.hash();
+  archive.magic("SPHTILES");
+  archive.constant<uint64_t>("tiles", tiles);
+  archive.constant<uint64_t>("size of a tile", static_cast<uint64_t>(size));
+  archive.checksum("checksum of the index", hash);
 }
 
 } // namespace
+
+std::vector<std::byte> encoded(const Tile& tile, int size) {
+  assert(tile.colors.size() == static_cast<size_t>(size) * static_cast<size_t>(size));
+  assert(tile.heights.size() == tile.colors.size());
+  const std::vector<uint8_t> raw = differences(tile, static_cast<size_t>(size));
+  const std::string stream = image::zlibStream(std::as_bytes(std::span(raw)), kEffort);
+  const auto bytes = std::as_bytes(std::span(stream));
+  return {bytes.begin(), bytes.end()};
+}
+
+Tile decoded(std::span<const std::byte> bytes, int size) {
+  const auto side = static_cast<size_t>(size);
+  std::vector<uint8_t> raw(2 * kPlanes * side * side);
+  if (!image::inflatesTo(bytes, std::as_writable_bytes(std::span(raw))))
+    throw Error::mismatch("a zlib stream of " + std::to_string(raw.size()) + " bytes", "something else");
+  Tile tile = summed(raw, side);
+  for (size_t texel = 0; texel < tile.colors.size(); ++texel)
+    if (!isValid(tile.colors[texel]))
+      throw Error::mismatch("finite colours and an alpha of 0..1", "others")
+          .at("texel " + std::to_string(texel));
+  return tile;
+}
 
 void TileWriter::append(std::span<const std::byte> encodedTile) {
   file_.write(encodedTile);
@@ -59,45 +97,39 @@ void TileWriter::append(std::span<const std::byte> encodedTile) {
 }
 
 void TileWriter::commit() {
-  const auto index = std::as_bytes(std::span(index_));
-  file_.write(index);
-  file_.write(kMark);
-  const std::array<uint64_t, 3> footer{index_.size(), static_cast<uint64_t>(size_), contentHash(index)};
-  file_.write(std::as_bytes(std::span(footer)));
+  file_.write(written(index_, [&](Archive& archive, std::vector<TileEntry>& index) {
+    describeIndex(archive, index, index.size(), size_);
+  }));
   file_.commit();
 }
 
-TileFile::TileFile(std::filesystem::path path, size_t tiles, int size)
-    : path_(std::move(path)), descriptor_(openForReading(path_)), size_(size) {
-  try {
-    struct stat status {};
-    if (::fstat(descriptor_, &status) != 0) throw Error("cannot be read");
-    index_ = readIndex(descriptor_, static_cast<uint64_t>(status.st_size), tiles, size);
-  } catch (Error& error) {
-    ::close(descriptor_);
-    throw std::move(error).in(path_);
-  }
+TileFile::TileFile(std::filesystem::path path, size_t tiles, int size) : file_(std::move(path)), size_(size) {
+  inFile(file_.path(), [&] {
+    const uint64_t endBytes = tiles * sizeof(TileEntry) + kFooterBytes;
+    if (file_.bytes() < endBytes)
+      throw Error::mismatch("at least " + std::to_string(endBytes) + " bytes", std::to_string(file_.bytes()))
+          .at("size");
+    const uint64_t end = file_.bytes() - endBytes;
+    std::vector<std::byte> bytes(endBytes);
+    file_.read(end, bytes);
+    parse(bytes, [&](Archive& archive) { describeIndex(archive, index_, tiles, size); });
+    for (size_t tile = 0; tile < tiles; ++tile)
+      if (const TileEntry& entry = index_[tile]; entry.position > end || entry.bytes > end - entry.position)
+        throw Error::mismatch("a place within " + std::to_string(end) + " bytes",
+                              std::to_string(entry.bytes) + " bytes at " + std::to_string(entry.position))
+            .at("index[" + std::to_string(tile) + "]");
+  });
 }
 
-TileFile::~TileFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-TileFile::TileFile(TileFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_),
-      index_(std::move(other.index_)) {}
-
-Tile TileFile::read(size_t tile) const {
+Tile TileFile::read(size_t tile) const try {
   const TileEntry& entry = index_[tile];
-  try {
-    std::vector<std::byte> bytes(entry.bytes);
-    lightfield::readAt(descriptor_, bytes, entry.position);
-    if (const uint64_t found = contentHash(bytes); found != entry.checksum)
-      throw Error::mismatch(hex(entry.checksum), hex(found)).at("checksum");
-    return decoded(bytes, size_);
-  } catch (Error& error) {
-    throw std::move(error).at("tile[" + std::to_string(tile) + "]").in(path_);
-  }
+  std::vector<std::byte> bytes(entry.bytes);
+  file_.read(entry.position, bytes);
+  if (const uint64_t found = contentHash(bytes); found != entry.checksum)
+    throw Error::mismatch(hex(entry.checksum), hex(found)).at("checksum");
+  return decoded(bytes, size_);
+} catch (Error& error) {
+  throw std::move(error).at("tile[" + std::to_string(tile) + "]").in(file_.path());
 }
 
 } // namespace surflect::spherical

@@ -1,12 +1,10 @@
-// File of the images of one level: compressed tiles, then their index, then a footer.
-//
-//   tiles    one after another (tile_coding.h)
-//   index    for each tile its position, its number of bytes and its checksum; 64 bits each
-//   footer   the text "SPHTILES", number of tiles, size of a tile's side, checksum of the index; 64 bits each
+// File of the images of one level: compressed tiles, their index, and the number and size of tiles. Specified
+// in docs/format.md.
 #pragma once
 
-#include "render/lightfield/spherical/tile_coding.h"
+#include "render/lightfield/spherical/pencil_image.h"
 #include "surfel/base/file.h"
+#include "surfel/base/open_file.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +13,19 @@
 #include <vector>
 
 namespace surflect::spherical {
+
+struct Tile {
+  std::vector<Texel> colors;
+  std::vector<Height> heights;
+
+  friend bool operator==(const Tile&, const Tile&) = default;
+};
+
+// Compresses a tile of size x size texels: differences of neighbouring texels, byte by byte, in a zlib
+// stream.
+std::vector<std::byte> encoded(const Tile& tile, int size);
+// Inverse of encoded(). Throws Error unless the bytes are a tile of this size whose texels are as Texel says.
+Tile decoded(std::span<const std::byte> bytes, int size);
 
 struct TileEntry {
   uint64_t position = 0, bytes = 0, checksum = 0;
@@ -41,9 +52,6 @@ public:
   // Reads the index. Throws Error naming the file unless it has this many tiles of this size, each within the
   // file.
   TileFile(std::filesystem::path path, size_t tiles, int size);
-  ~TileFile();
-  TileFile(TileFile&& other) noexcept;
-  TileFile& operator=(TileFile&&) = delete;
 
   size_t tiles() const { return index_.size(); }
   // Bytes of a tile in the file.
@@ -52,8 +60,7 @@ public:
   Tile read(size_t tile) const;
 
 private:
-  std::filesystem::path path_;
-  int descriptor_ = -1;
+  OpenFile file_;
   int size_;
   std::vector<TileEntry> index_;
 };

@@ -1,6 +1,9 @@
 #include "srf/model/manifest.h"
 
+#include "srf/capture/json_fields.h"
 #include "tests/srf/image/files.h"
+
+#include <nlohmann/json.hpp>
 
 namespace surflect::model {
 namespace {
@@ -23,6 +26,8 @@ Manifest example() {
 }
 
 Manifest parse(const std::string& text) { return parseManifest(text, "m/manifest.json"); }
+// The text with the checksum that it must have.
+std::string sealed(const std::string& text) { return capture::sealedText(nlohmann::json::parse(text)); }
 
 TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   const Manifest manifest = parse(manifestText(example()));
@@ -47,7 +52,7 @@ TEST(Manifest, OfAModelWithoutLevelsHasNoFieldForThem) {
   EXPECT_NE(identityOf(without), identityOf(example()));
   std::string text = manifestText(example());
   text.replace(text.find("\"levels.bin\": \"") + 14, 18, "7");
-  EXPECT_NE(image::errorOf([&] { parse(text); }).find("levels.bin: found 7, expected a string"),
+  EXPECT_NE(image::errorOf([&] { parse(sealed(text)); }).find("levels.bin: found 7, expected a string"),
             std::string::npos);
 }
 
@@ -69,7 +74,7 @@ TEST(Manifest, AlphaOfOtherThanAllViewsIsRefused) {
             "m/manifest.json: alpha_checksums: found 1, expected 2 entries");
   std::string text = manifestText(example());
   text.replace(text.find("\"version\": 5"), 12, "\"version\": 6");
-  EXPECT_EQ(image::errorOf([&] { parse(text); }),
+  EXPECT_EQ(image::errorOf([&] { parse(sealed(text)); }),
             "m/manifest.json: alpha_checksums: found nothing, expected a list");
   text.replace(text.find("\"version\": 6"), 12, "\"version\": 7");
   EXPECT_EQ(image::errorOf([&] { parse(text); }), "m/manifest.json: version: found 7, expected 5 or 6");
@@ -100,10 +105,11 @@ TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
   }
   std::string text = manifestText(example());
   text.replace(text.find("\"plane\""), 7, "\"curve\"");
-  EXPECT_NE(image::errorOf([&] { parse(text); }).find("light_blend.fit: found \"curve\""), std::string::npos);
+  EXPECT_NE(image::errorOf([&] { parse(sealed(text)); }).find("light_blend.fit: found \"curve\""),
+            std::string::npos);
   text = manifestText(example());
   text.replace(text.find("\"foreshortened\": true"), 21, "\"foreshortened\": null");
-  EXPECT_NE(image::errorOf([&] { parse(text); }).find("light_blend.foreshortened: found nothing"),
+  EXPECT_NE(image::errorOf([&] { parse(sealed(text)); }).find("light_blend.foreshortened: found nothing"),
             std::string::npos);
 }
 
@@ -111,7 +117,7 @@ TEST(Manifest, AnInterpolationThatCannotBeIsRefused) {
   const auto complaint = [](const std::string& from, const std::string& to) {
     std::string text = manifestText(example());
     text.replace(text.find(from), from.size(), to);
-    return image::errorOf([&] { parse(text); });
+    return image::errorOf([&] { parse(sealed(text)); });
   };
   EXPECT_NE(complaint("\"kriging\"", "\"paper\"")
                 .find("interpolation.kind: found \"paper\", expected "

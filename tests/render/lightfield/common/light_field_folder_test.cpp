@@ -37,7 +37,7 @@ protected:
   // The line of the Error that opening the folder and checking its file throws; empty if it throws none.
   std::string complaint() const {
     try {
-      open().check("field.bin");
+      open().checked("field.bin");
     } catch (const Error& error) {
       return error.what();
     }
@@ -58,7 +58,7 @@ TEST_F(LightFieldFolderTest, GivesBackWhatWasWritten) {
   EXPECT_EQ(folder.count("regions", 1, 10), 7u);
   EXPECT_EQ(folder.number("texel_size", 0, 1), 0.25);
   EXPECT_EQ(readFile(folder.file("field.bin")), "twelve bytes");
-  folder.check("field.bin");
+  folder.checked("field.bin");
 }
 
 TEST_F(LightFieldFolderTest, KeepsNoHeldOutView) {

@@ -4,6 +4,7 @@
 #include "render/lightfield/lfm/tile.h"
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/damage.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <cstddef>
@@ -85,51 +86,32 @@ TEST(LfmFile, LargeCodebooksHaveLargerIndices) {
   }
 }
 
-TEST(LfmFile, EveryTruncationIsRefused) {
+TEST(LfmFile, DamageIsRefusedOrStillALightField) {
   const std::vector<std::byte> bytes = mapsBytes(sample());
-  for (size_t size = 0; size < bytes.size(); ++size)
-    EXPECT_NE(errorOfBytes(std::span(bytes).first(size)), "");
-}
-
-TEST(LfmFile, FurtherBytesAreRefused) {
-  std::vector<std::byte> bytes = mapsBytes(sample());
-  bytes.push_back(std::byte{0});
-  EXPECT_EQ(errorOfBytes(bytes), "end: found 1 more bytes, expected the end");
-}
-
-TEST(LfmFile, EveryDamagedByteIsRefusedOrStillALightField) {
-  const std::vector<std::byte> bytes = mapsBytes(sample());
-  for (size_t i = 0; i < bytes.size(); ++i)
-    for (const int value : {0x01, 0xff}) {
-      std::vector<std::byte> damaged = bytes;
-      damaged[i] = static_cast<std::byte>(value);
-      try {
-        const LightFieldMaps maps = parseMaps(damaged, squarePatch(2));
-        ASSERT_LE(maps.terms.size(), 2u);
-        ASSERT_LE(bytesOf(maps).total(), bytes.size());
-        EXPECT_TRUE(radianceAt(maps, {0, 0.2, 0.3}, {0, 0, 1}, 2).allFinite());
-      } catch (const Error& error) {
-        EXPECT_FALSE(error.field().empty()) << error.what();
-      }
-    }
+  tryDamage(bytes, [&](std::span<const std::byte> damaged) {
+    const LightFieldMaps maps = parseMaps(damaged, squarePatch(2));
+    ASSERT_LE(maps.terms.size(), 2u);
+    ASSERT_LE(bytesOf(maps).total(), bytes.size());
+    EXPECT_TRUE(radianceAt(maps, {0, 0.2, 0.3}, {0, 0, 1}, 2).allFinite());
+  });
 }
 
 TEST(LfmFile, ErrorsNameTheField) {
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.terms[1].scale[3] = -1; }),
-            "terms[1].scale[3]: found -1, expected a number from 0");
+            "terms[1].scale[3]: found -1, expected a finite number of at least 0");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.meanWhite = std::numeric_limits<float>::infinity(); }),
-            "meanWhite: found inf, expected a number from 1e-30");
+            "meanWhite: found inf, expected a finite number of at least 1e-30");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.terms[1].surface.mapOf[4] = 8; }),
             "terms[1].surface.mapOf[4]: found 8, expected below 8");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.frames[2].x *= 1.001; }),
             "frames[2]: axes are not unit vectors at right angles");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.frames[2].z[1] = std::numeric_limits<double>::quiet_NaN(); }),
-            "frames[2]: axes are not unit vectors at right angles");
+            "frames[2].axes[4]: found nan, expected a finite number");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.samples = 257; }), "samples: found 257, expected 2..256");
   std::vector<std::byte> bytes = mapsBytes(sample());
   const uint64_t vertices = 10;
   std::memcpy(&bytes[8], &vertices, sizeof vertices);
-  EXPECT_EQ(errorOfBytes(bytes), "vertices: found 10, expected 9..9");
+  EXPECT_EQ(errorOfBytes(bytes), "vertices: found 10, expected 9");
 }
 
 TEST(LfmFile, AFolderIsReadAgainAndDamageIsNoticed) {

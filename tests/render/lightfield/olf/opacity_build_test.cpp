@@ -176,43 +176,32 @@ TEST_F(OpacityBuild, WrongContentIsRefusedByItsPlace) {
   };
   const std::string views = (folder_ / "views.bin").string(), texels = (folder_ / "texels.bin").string();
   EXPECT_EQ(wrong([](OpacityField& field) { field.packed.views[3].width = 1000; }),
-            views + ": view 3.width: found 1000, expected 1.." + std::to_string(good.packed.width));
+            views + ": views[3].width: found 1000, expected 1.." + std::to_string(good.packed.width));
   EXPECT_EQ(wrong([](OpacityField& field) { field.packed.views[0].scale[1] = 0; }),
-            views + ": view 0.scale: found 0, expected above 0, 1 at most");
+            views + ": views[0].scale[1]: found 0, expected 1e-09..1");
   EXPECT_NE(
-      wrong([](OpacityField& field) { field.packed.views[0].low[0] = std::nan(""); }).find("view 0.low"),
+      wrong([](OpacityField& field) { field.packed.views[0].low[0] = std::nan(""); }).find("views[0].low[0]"),
       std::string::npos);
-  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views[0] = 77; }).find("a view below 30"),
+  EXPECT_NE(wrong([](OpacityField& field) {
+              field.visible.views[0] = 77;
+            }).find("visibleViews[0]: found 77, expected 0..29"),
             std::string::npos);
   EXPECT_NE(wrong([](OpacityField& field) {
               std::swap(field.visible.views[0], field.visible.views[1]);
             }).find("views in rising order"),
             std::string::npos);
-  EXPECT_NE(wrong([](OpacityField& field) { field.visible.first[1] = 1u << 30; }).find("first[2]"),
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.first[1] = 1u << 30; }).find("first[1]"),
             std::string::npos);
-  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views.pop_back(); }).find("visible views"),
+  EXPECT_NE(wrong([](OpacityField& field) { field.visible.views.pop_back(); }).find("visibleViews"),
             std::string::npos);
   EXPECT_NE(wrong([](OpacityField& field) { field.visible.views.push_back(1); }).find("end"),
             std::string::npos);
   EXPECT_EQ(wrong([](OpacityField& field) { field.packed.texels[5][2] = 0x7c00; }),
             texels + ": texel 5: is not finite");
-  EXPECT_NE(wrong([](OpacityField& field) { field.packed.texels.pop_back(); }).find("bytes, expected"),
+  EXPECT_NE(wrong([](OpacityField& field) { field.packed.texels.pop_back(); }).find("bytes, expected "),
             std::string::npos);
   EXPECT_NE(wrong([](OpacityField& field) { field.bspTrees = 0; }).find("numbers.bsp_trees"),
             std::string::npos);
-}
-
-TEST_F(OpacityBuild, TruncatedFilesAreRefused) {
-  for (const char* name : {"views.bin", "texels.bin", "mesh.bin"}) {
-    const fs::path path = folder_ / name;
-    const auto size = fs::file_size(path);
-    for (const uintmax_t kept : {uintmax_t{0}, size / 2, size - 1}) {
-      fs::copy_file(*shared_ / "field" / name, path, fs::copy_options::overwrite_existing);
-      fs::resize_file(path, kept);
-      EXPECT_NE(image::errorOf([&] { read(folder_.path()); }).find(name), std::string::npos);
-    }
-    fs::copy_file(*shared_ / "field" / name, path, fs::copy_options::overwrite_existing);
-  }
 }
 
 } // namespace

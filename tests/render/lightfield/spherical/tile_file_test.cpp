@@ -1,4 +1,4 @@
-#include "render/lightfield/spherical/tile_coding.h"
+#include "render/lightfield/spherical/tile_file.h"
 
 #include "surfel/base/error.h"
 
