@@ -40,10 +40,15 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   target_compile_options(surflect_batches INTERFACE -Wno-maybe-uninitialized -Wno-subobject-linkage)
 endif()
 
-# surflect_batches(TARGET): compiles its sources in batches. Their local names must differ within a namespace.
+# surflect_batches(TARGET [TIMES]): compiles its sources in batches, TIMES as large as others. Their local names must
+# differ within a namespace.
 function(surflect_batches target)
   if(SURFLECT_BATCH GREATER 1)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${SURFLECT_BATCH})
+    set(batch ${SURFLECT_BATCH})
+    if(ARGC GREATER 1)
+      math(EXPR batch "${batch} * ${ARGV1}")
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:surflect_batches>)
   endif()
 endfunction()

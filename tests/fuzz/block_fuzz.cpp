@@ -2,7 +2,7 @@
 #include "tests/fuzz/fuzz.h"
 
 // The first byte says under how many lights the block was seen.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_block(std::string_view input) {
   if (input.empty()) return;
   const size_t lights = 1 + static_cast<uint8_t>(input[0]);
   const codec::Block block = codec::decodeBlock(std::as_bytes(std::span(input.substr(1))), lights);

@@ -25,7 +25,7 @@ void compareWithTree(std::string_view input) {
 
 } // namespace
 
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_capture(std::string_view input) {
   compareWithTree(input);
   static const FuzzFolder folder;
   const capture::Capture capture = capture::parseCapture(input, folder / "transforms.json");

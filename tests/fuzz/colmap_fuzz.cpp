@@ -3,7 +3,7 @@
 #include "tests/fuzz/fuzz.h"
 
 // The two files of a model; of kind 't' both are text.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_colmap(std::string_view input) {
   static const FuzzFolder folder;
   const TwoFiles files = twoFilesOf(input);
   const std::string extension = files.kind == 't' ? ".txt" : ".bin",

@@ -17,7 +17,7 @@ void requireLight(const surflect::ulr::EnvironmentLight& light) {
 } // namespace
 
 // The first character says of what format and what mapping.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_environment(std::string_view input) {
   static const FuzzFolder folder;
   if (input.empty()) return;
   const auto path = folder / (input[0] & 1 ? "environment.exr" : "environment.hdr");

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_expression(std::string_view input) {
   const warp::Expression expression(std::string(input), warp::warpVariables);
   for (const double value : {0., -1.5, 1e300})
     expression(std::vector<double>(warp::warpVariables.size(), value));

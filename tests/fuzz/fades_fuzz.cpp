@@ -5,7 +5,7 @@
 #include <string>
 
 // The first eight bytes say of how many surfels and views.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_fades(std::string_view input) {
   uint32_t surfels = 0, views = 0;
   if (input.size() < 8) return;
   std::memcpy(&surfels, input.data(), 4);

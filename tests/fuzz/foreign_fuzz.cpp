@@ -14,7 +14,7 @@ extern "C" image::ReadForeign surflectReadForeign; // foreign.cpp, linked here w
 }
 
 // The first byte says of what format.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_foreign(std::string_view input) {
   static constexpr std::array extensions = {"jpg", "tif", "hdr", "bmp", "tga", "ppm", "webp"};
   if (input.empty()) return;
   const auto content = memoryFile(input.substr(1));

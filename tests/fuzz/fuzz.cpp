@@ -30,15 +30,21 @@ std::filesystem::path memoryFile(std::string_view content) {
   return "/proc/self/fd/" + std::to_string(descriptor);
 }
 
-} // namespace surflect
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+void requireContract(FuzzTarget& target, std::string_view input) {
   try {
-    surflect::fuzz({reinterpret_cast<const char*>(bytes), size});
-  } catch (const surflect::Error& error) {
-    if (!std::strpbrk(error.what(), "\n\r")) return 0;
+    target(input);
+  } catch (const Error& error) {
+    if (!std::strpbrk(error.what(), "\n\r")) return;
     std::fprintf(stderr, "more than one line: %s\n", error.what());
     std::abort();
   }
+}
+
+} // namespace surflect
+
+#ifdef SURFLECT_FUZZ_TARGET // libFuzzer's entry
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
+  surflect::requireContract(surflect::SURFLECT_FUZZ_TARGET, {reinterpret_cast<const char*>(bytes), size});
   return 0;
 }
+#endif

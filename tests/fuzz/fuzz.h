@@ -1,15 +1,48 @@
-// Shared part of the fuzz targets. A target is a file NAME_fuzz.cpp that defines fuzz(), a line in
-// CMakeLists.txt, and seeds: small files in seeds/NAME/, or made by tests/support/write_seeds.cpp.
+// Shared part of the fuzz targets. A target is a file NAME_fuzz.cpp that defines fuzz_NAME(), a line here and
+// one in CMakeLists.txt, and seeds: small files in seeds/NAME/, or made by tests/support/write_seeds.cpp.
 #pragma once
 
 #include <filesystem>
 #include <string_view>
 
+#define SURFLECT_FUZZ_TARGETS(DO)                                                                            \
+  DO(block)                                                                                                  \
+  DO(capture)                                                                                                \
+  DO(colmap)                                                                                                 \
+  DO(environment)                                                                                            \
+  DO(expression)                                                                                             \
+  DO(exr)                                                                                                    \
+  DO(fades)                                                                                                  \
+  DO(foreign)                                                                                                \
+  DO(gltf)                                                                                                   \
+  DO(levels)                                                                                                 \
+  DO(light_field_maps)                                                                                       \
+  DO(lights)                                                                                                 \
+  DO(lit_view)                                                                                               \
+  DO(manifest)                                                                                               \
+  DO(mesh_sequence)                                                                                          \
+  DO(middlebury)                                                                                             \
+  DO(obj)                                                                                                    \
+  DO(opacity_views)                                                                                          \
+  DO(ply)                                                                                                    \
+  DO(png)                                                                                                    \
+  DO(script)                                                                                                 \
+  DO(spherical)                                                                                              \
+  DO(stage)                                                                                                  \
+  DO(transforms)                                                                                             \
+  DO(view_file)
+
 namespace surflect {
 
-// Gives the bytes to a reader. The reader's contract: a valid value, or an Error of one line. Any other
-// exception, and whatever the sanitizers find, ends the process.
-void fuzz(std::string_view input);
+// Gives bytes to a reader.
+using FuzzTarget = void(std::string_view input);
+#define SURFLECT_DECLARE_FUZZ_TARGET(NAME) FuzzTarget fuzz_##NAME;
+SURFLECT_FUZZ_TARGETS(SURFLECT_DECLARE_FUZZ_TARGET)
+#undef SURFLECT_DECLARE_FUZZ_TARGET
+
+// Calls a target. The reader's contract: a valid value, or an Error of one line. Ends the process after an
+// Error of more lines; throws whatever else the reader throws.
+void requireContract(FuzzTarget& target, std::string_view input);
 
 // An input of two files: three digits say of how many bytes the first one is, and a fourth character of what
 // kind they are. Shorter inputs are of no kind, and empty.

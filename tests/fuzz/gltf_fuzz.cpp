@@ -4,7 +4,7 @@
 #include "warp/skeletal_rig.h"
 
 // A .glb, or a .gltf whose buffers are in it or are the folder's pictures, taken for numbers.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_gltf(std::string_view input) {
   static const FuzzFolder folder;
   constexpr size_t fewVertices = 1000; // a field of more takes its time
   folder.write("a.gltf", input);

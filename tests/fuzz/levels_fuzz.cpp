@@ -1,7 +1,7 @@
 #include "srf/model/level_file.h"
 #include "tests/fuzz/fuzz.h"
 
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_levels(std::string_view input) {
   SurfelCloud cloud;
   for (int i = 0; i < 4; ++i) cloud.p0.emplace_back(0.f, 0.f, 0.f);
   cloud.radius = cloud.coverage = {1, 1, 1, 1};

@@ -6,7 +6,7 @@
 #include <span>
 
 // The maps of two triangles; the first byte says whether they have four channels.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_light_field_maps(std::string_view input) {
   if (input.empty()) return;
   TriangleMesh mesh;
   for (const auto& [x, y] : {std::pair{0.f, 0.f}, {1.f, 0.f}, {1.f, 1.f}, {0.f, 1.f}})

@@ -1,4 +1,6 @@
 #include "srf/import/light_file.h"
 #include "tests/fuzz/fuzz.h"
 
-void surflect::fuzz(std::string_view input) { importers::parseLights(importers::withDecimalPoints(input)); }
+void surflect::fuzz_lights(std::string_view input) {
+  importers::parseLights(importers::withDecimalPoints(input));
+}

@@ -3,7 +3,7 @@
 #include "tests/fuzz/fuzz.h"
 
 // A light file, of positions if of kind 'p', for two photographs; and their strengths, if not empty.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_lit_view(std::string_view input) {
   static const FuzzFolder folder;
   const TwoFiles files = twoFilesOf(input);
   importers::LitViewOptions options;

@@ -3,7 +3,7 @@
 #include "warp/mesh_sequence.h"
 
 // A mesh at rest, and a key before another one that is at rest; of kind 'p' they are PLY, else OBJ.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_mesh_sequence(std::string_view input) {
   static const FuzzFolder folder;
   const TwoFiles files = twoFilesOf(input);
   const std::string extension = files.kind == 'p' ? ".ply" : ".obj",

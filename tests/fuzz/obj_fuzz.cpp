@@ -1,7 +1,7 @@
 #include "surfel/geometry/obj.h"
 #include "tests/fuzz/fuzz.h"
 
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_obj(std::string_view input) {
   parseObj(input);
   parseTexturedObj(input);
 }

@@ -5,7 +5,7 @@
 #include <span>
 
 // The two binary files of an opacity light field: two views of 4 x 4 texels, and a mesh of four vertices.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_opacity_views(std::string_view input) {
   constexpr int kTexels = 4;
   const TwoFiles files = twoFilesOf(input);
   olf::OpacityField field;

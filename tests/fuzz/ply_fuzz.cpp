@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 // Both readers of plain columns must agree.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_ply(std::string_view input) {
   constexpr std::string_view kNames[] = {"x", "y"};
   if (const auto columns = parseWrittenPly(input, "vertex", kNames)) {
     const PlyFile ply = parsePly(input);

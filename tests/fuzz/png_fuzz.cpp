@@ -15,7 +15,7 @@ uint32_t bigEndian(const char* bytes) {
 }
 
 // Checksums are made right, or no damage would come past them: chunks are length, name, content, CRC.
-std::string withChecksums(std::string file) {
+std::string withChunkChecksums(std::string file) {
   for (size_t chunk = 8; chunk + 12 <= file.size();) {
     const size_t length = bigEndian(&file[chunk]);
     if (length > file.size() - chunk - 12) break;
@@ -29,8 +29,8 @@ std::string withChecksums(std::string file) {
 
 } // namespace
 
-void surflect::fuzz(std::string_view input) {
-  const auto path = memoryFile(withChecksums(std::string(input)));
+void surflect::fuzz_png(std::string_view input) {
+  const auto path = memoryFile(withChunkChecksums(std::string(input)));
   const image::PngPicture picture = image::readPng(path);
   const image::PngHeader header = image::readPngHeader(path);
   if (header.width != picture.image.width || header.height != picture.image.height) std::abort();

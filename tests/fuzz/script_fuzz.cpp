@@ -1,7 +1,7 @@
 #include "render/scene/scene.h"
 #include "tests/fuzz/fuzz.h"
 
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_script(std::string_view input) {
   const scene::Script script = scene::parseScript(input, "film.toml");
   scene::requireShot(script);
   for (const double frame : {double(script.frames->first), double(script.frames->last)}) {

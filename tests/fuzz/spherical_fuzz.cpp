@@ -14,7 +14,7 @@ constexpr size_t kTiles = 2, kFooterBytes = 32;
 constexpr int kSize = 8;
 
 // Checksums are made right, or no damage would come past them.
-std::string withChecksums(std::string file) {
+std::string withTileChecksums(std::string file) {
   const size_t endBytes = kTiles * sizeof(TileEntry) + kFooterBytes;
   if (file.size() < endBytes) return file;
   const size_t index = file.size() - endBytes;
@@ -37,8 +37,8 @@ std::string withChecksums(std::string file) {
 } // namespace
 
 // A level of two images of 8 x 8 texels.
-void surflect::fuzz(std::string_view input) {
-  const spherical::TileFile file(memoryFile(withChecksums(std::string(input))), kTiles, kSize);
+void surflect::fuzz_spherical(std::string_view input) {
+  const spherical::TileFile file(memoryFile(withTileChecksums(std::string(input))), kTiles, kSize);
   for (size_t tile = 0; tile < kTiles; ++tile) {
     const spherical::Tile found = file.read(tile);
     if (found.colors.size() != size_t{kSize * kSize} || found.heights.size() != size_t{kSize * kSize})

@@ -52,7 +52,7 @@ bool asksForTable(std::string_view text) {
 } // namespace
 
 // A mesh, a picture, a response curve and a rig lie beside the stage file.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_stage(std::string_view input) {
   static const FuzzFolder folder;
   static const bool isFurnished = [] {
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

@@ -5,7 +5,7 @@
 #include <array>
 
 // Photographs to train with, and others of which the kind tells what they are for; or all in one file.
-void surflect::fuzz(std::string_view input) {
+void surflect::fuzz_transforms(std::string_view input) {
   static const FuzzFolder folder;
   static constexpr std::array others{"transforms_test.json", "transforms_val.json", "transforms_valid.json"};
   const TwoFiles files = twoFilesOf(input);

@@ -8,7 +8,7 @@
 namespace {
 
 // Checksums are made right, or no damage would come past them.
-std::string withChecksums(std::string file) {
+std::string withRecordChecksums(std::string file) {
   constexpr size_t headerBytes = 40, entryBytes = 12;
   const auto hashOf = [&](size_t begin, size_t count) {
     return surflect::contentHash(std::as_bytes(std::span(file)).subspan(begin, count));
@@ -35,8 +35,8 @@ std::string withChecksums(std::string file) {
 
 } // namespace
 
-void surflect::fuzz(std::string_view input) {
-  const codec::ViewFile file(memoryFile(withChecksums(std::string(input))));
+void surflect::fuzz_view_file(std::string_view input) {
+  const codec::ViewFile file(memoryFile(withRecordChecksums(std::string(input))));
   for (uint32_t block = 0; block < file.blockCount(); ++block) file.read(block);
   file.find({file.header().blocksAcross() - 1, file.header().blocksDown() - 1});
 }

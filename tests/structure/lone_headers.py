@@ -4,10 +4,12 @@
 
 clang compiles headers with the options of a source of their folder in BUILD, after the headers that libraries have
 precompiled; self_contained.py sees to those. A header that another one includes before all else is proved by that one.
-Prints what the compiler says of those that fail; exits with 1 if there is any.
+Headers are compiled again only if they or what they include of ours has changed: BUILD/lone_headers.json holds a hash
+of each that has passed. Prints what the compiler says of those that fail; exits with 1 if there is any.
 """
 
 import concurrent.futures
+import hashlib
 import json
 import os
 import pathlib
@@ -18,7 +20,7 @@ import sys
 import tempfile
 
 COMMON = "CMakeFiles/surflect_common_headers.dir/cmake_pch.hxx"
-FIRST_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)', re.MULTILINE)
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)', re.MULTILINE)
 
 
 def options_by_folder(build):
@@ -44,26 +46,50 @@ def clang(options, text=""):
     return result.stdout + f"failed: {text}" if result.returncode else ""
 
 
-def outermost(root):
+def outermost(texts):
     """Headers that no other one includes first."""
-    headers = {path.relative_to(root).as_posix(): FIRST_INCLUDE.search(path.read_text())
-               for top in ("surfel", "srf", "warp", "render", "bench") for path in (root / top).rglob("*.h")}
-    return sorted(headers.keys() - {first[1] for first in headers.values() if first})
+    firsts = {first[1] for first in map(INCLUDE.search, texts.values()) if first}
+    return sorted(texts.keys() - firsts)
+
+
+def content_hash(header, texts, options):
+    """Hash of the options, the header and all headers of ours that it includes."""
+    found, new = set(), {header}
+    while new:
+        found |= new
+        new = {name for one in new for name in INCLUDE.findall(texts[one]) if name in texts} - found
+    words = [*options, *(part for name in sorted(found) for part in (name, texts[name]))]
+    return hashlib.sha256("\0".join(words).encode()).hexdigest()
 
 
 def main(root, build):
     options = options_by_folder(build)
-    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        common = f"{folder}/common.pch"
-        said = clang([*options["surfel"], "-x", "c++-header", "-", "-o", common], f'#include "{build / COMMON}"\n')
+    texts = {path.relative_to(root).as_posix(): path.read_text()
+             for top in ("surfel", "srf", "warp", "render", "bench") for path in (root / top).rglob("*.h")}
+    common_text = (build / COMMON).read_text()
+    hashes = {header: content_hash(header, texts, [common_text, *options[os.path.dirname(header)]])
+              for header in outermost(texts)}
+    passed = build / "lone_headers.json"
+    before = json.loads(passed.read_text()) if passed.exists() else {}
+    asked = [header for header in hashes if before.get(header) != hashes[header]]
+    said = {}
+    if asked:
+        with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            common = f"{folder}/common.pch"
+            # Once for all of them, and not again for each header.
+            instantiated = "-fpch-instantiate-templates"
+            said[COMMON] = clang([*options["surfel"], instantiated, "-x", "c++-header", "-", "-o", common],
+                                 f'#include "{build / COMMON}"\n')
 
-        def proof(header):
-            return clang([*options[os.path.dirname(header)], "-include-pch", common, "-fsyntax-only", "-x", "c++", "-"],
-                         f'#include "{header}"\n')
+            def proof(header):
+                return clang([*options[os.path.dirname(header)], "-include-pch", common, "-fsyntax-only", "-x", "c++", "-"],
+                             f'#include "{header}"\n')
 
-        said += "".join(pool.map(proof, outermost(root)))
-    print(said or "headers compile alone")
-    return 1 if said else 0
+            said.update(zip(asked, pool.map(proof, asked)))
+    failures = "".join(said.values())
+    passed.write_text(json.dumps({header: hash_ for header, hash_ in hashes.items() if not said.get(header)}))
+    print(failures or f"headers compile alone: {len(asked)} compiled, {len(hashes) - len(asked)} unchanged")
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -23,4 +23,12 @@ inline Mat3<double> randomRotation(std::mt19937& random) {
   return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
 }
 
+// A rotation that takes z to a unit vector.
+template <class T> Mat3<T> turnFromZ(const Vec3<T>& towards) {
+  const Vec3<T> x = towards.unitOrthogonal();
+  Mat3<T> turn;
+  turn << x, towards.cross(x), towards;
+  return turn;
+}
+
 } // namespace surflect

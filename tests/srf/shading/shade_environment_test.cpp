@@ -328,8 +328,7 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
     maps.environments.push_back(
         {{&lamp, 1}, {1, 1, 1}, ulr::LightExtrapolation::fade, tabulated ? &*table : nullptr});
     for (const auto& towards : batch.towardsLight)
-      maps.acquisitionFromEnvironment.emplace_back(
-          Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), towards.raw()).toRotationMatrix());
+      maps.acquisitionFromEnvironment.emplace_back(turnFromZ(towards.raw()));
     const auto got = irradianceOf(dome.model, maps, planShading(dome.model, maps, plain));
     // A table smooths the creases where the nearest light changes. The steepest slope of the coverage, 1.6 /
     // spacing per radian, gives 0.02 over half a cell, 2 / 175 on the square and up to sqrt(6) times that on

@@ -3,6 +3,7 @@
 #include "srf/capture/photograph.h"
 #include "srf/shading/reference.h"
 #include "tests/srf/shading/queries.h"
+#include "tests/support/random.h"
 
 #include <tbb/task_arena.h>
 
@@ -99,9 +100,7 @@ double errorOfShading(const model::Model& model, const QueryBatch& batch, const 
 void addEnvironment(QueryBatch& batch, std::span<const ulr::EnvironmentLight> lights, std::mt19937& random) {
   batch.environments.push_back({lights, {0.5f, 1, 2}, ulr::LightExtrapolation::fade, nullptr});
   for (size_t q = 0; q < batch.size(); ++q)
-    batch.acquisitionFromEnvironment.emplace_back(
-        Eigen::Quaternionf::FromTwoVectors(Vec3<float>(0, 0, 1), randomDirection(random).raw())
-            .toRotationMatrix());
+    batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
 }
 
 // ULR weights are steep next to a captured camera or light, where rounded directions show.

@@ -3,7 +3,6 @@
 #include "tests/surfel/math/matrices.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 namespace surflect {
@@ -15,7 +14,7 @@ using Eigen::VectorXd;
 // Random symmetric matrix with the given eigenvalues, scaled to trace 1.
 MatrixXd gramOf(VectorXd values, std::mt19937& generator) {
   const auto size = static_cast<int>(values.size());
-  const MatrixXd q = randomMatrix(size, size, generator).householderQr().householderQ();
+  const MatrixXd q = randomOrthogonal(size, generator);
   values /= values.sum();
   return q * values.asDiagonal() * q.transpose();
 }

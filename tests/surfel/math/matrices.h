@@ -16,6 +16,18 @@ inline Eigen::MatrixXd randomMatrix(int rows, int columns, std::mt19937& generat
   return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return double{normal(generator)}; });
 }
 
+// Columns are orthonormal, by Gram and Schmidt; Eigen's QR decomposition takes seconds to compile.
+inline Eigen::MatrixXd randomOrthogonal(int size, std::mt19937& generator) {
+  Eigen::MatrixXd q = randomMatrix(size, size, generator);
+  for (int column = 0; column < size; ++column) {
+    for (int times = 0; times < 2; ++times) // the second removes what rounding has left
+      for (int other = 0; other < column; ++other)
+        q.col(column) -= q.col(other).dot(q.col(column)) * q.col(other);
+    q.col(column).normalize();
+  }
+  return q;
+}
+
 template <class Real> PaddedRows<Real> noise(size_t rows, size_t columns, std::mt19937& generator) {
   std::normal_distribution<Real> normal;
   PaddedRows<Real> m(rows, columns);

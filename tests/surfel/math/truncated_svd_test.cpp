@@ -2,7 +2,6 @@
 
 #include "tests/surfel/math/matrices.h"
 
-#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 namespace surflect {
@@ -12,14 +11,11 @@ using Eigen::MatrixXd;
 
 // Random matrix whose singular values fall by a third from each to the next.
 MatrixXd falling(int rows, int columns, std::mt19937& generator) {
-  const auto orthogonal = [&](int size) -> MatrixXd {
-    return randomMatrix(size, size, generator).householderQr().householderQ();
-  };
   const int terms = std::min(rows, columns);
   Eigen::VectorXd values(terms);
   for (int k = 0; k < terms; ++k) values[k] = std::pow(2. / 3, k);
-  return orthogonal(rows).leftCols(terms) * values.asDiagonal() *
-         orthogonal(columns).leftCols(terms).transpose();
+  return randomOrthogonal(rows, generator).leftCols(terms) * values.asDiagonal() *
+         randomOrthogonal(columns, generator).leftCols(terms).transpose();
 }
 
 MatrixXd productOf(const TruncatedSvd<double>& svd) {

@@ -35,7 +35,7 @@ stage::Stage ball(int lights, const std::string& more = "") {
                            "stage.toml");
 }
 
-class TracedImages : public testing::Test {
+class TracedImages : public ::testing::Test {
 protected:
   spherical::PencilImage firstImage(const stage::Stage& stage, const fs::path& name,
                                     const BuildOptions& options = {.levels = 1, .size = 64}) {
