@@ -131,7 +131,7 @@ class CaptureCommand(TestInFolder):
                 capture, truth, model = (self.folder / f"tiny-{name}{end}" for end in ("", "-bent", ".srf"))
                 succeed("capture", stage, "--scale", "tiny", "-o", capture)
                 succeed("capture", stage, "--scale", "tiny", "-o", truth, "--script", self.warp, "--frame", "2")
-                succeed("pack", capture, "-o", model)
+                succeed("pack", capture, "-o", model, "--surfels", "8000")
                 for scores in (succeed("evaluate", model, capture, "--baseline", "nearest"),
                                succeed("evaluate", model, truth, "--script", self.warp, "--frame", "2",
                                        "--baseline", "nearest")):

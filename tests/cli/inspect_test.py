@@ -105,7 +105,7 @@ class Extremes(TestInFolder):
                 one.update(light)
             path = capture / "changed.json"
             path.write_text(json.dumps(changed))
-            for arguments in (["inspect", path], ["inspect", path, "--overlay", self.folder / "sheet.png"],
+            for arguments in (["inspect", path], ["inspect", path, "--overlay", self.folder / "sheet.png", "--max-frames", "2"],
                               ["pack", path, "-o", self.folder / f"{name}.srf", "--surfels", "200"]):
                 with self.subTest(name=name, command=arguments[0], overlay="--overlay" in arguments):
                     result = run(*arguments)
