@@ -112,6 +112,7 @@ TEST(Evaluate, CapturedFramesComeBack) {
 TEST(Evaluate, UnevenLightsAreAsGoodAsEvenOnes) {
   const auto interior = [](double unevenness, bool isKnown) {
     Studio studio = testStudio();
+    studio.cameras = 5;
     studio.lights = 40;
     studio.unevenness = unevenness;
     studio.split = [](size_t, size_t light) {

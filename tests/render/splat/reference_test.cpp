@@ -91,7 +91,7 @@ TEST(SplatReference, TheFastSplatterDrawsTheSameOfCopies) {
   for (const int copies : {2, 300}) {
     Rng rng(19);
     Scene scene;
-    SurfelCloud sphere = unitSphere(200, rng), plane = sheet(2, 2, 0.3, 0.1, rng);
+    SurfelCloud sphere = unitSphere(100, rng), plane = sheet(2, 2, 0.3, 0.1, rng);
     for (SurfelCloud* cloud : {&sphere, &plane})
       for (float& coverage : cloud->coverage) coverage /= static_cast<float>(copies);
     const auto color = [](const V3& p) { return V3(0.5 + 0.4 * p[0], 0.5 + 0.2 * p[1], 0.3); };

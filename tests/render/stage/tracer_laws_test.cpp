@@ -64,7 +64,7 @@ TEST(TracerLaws, WhiteThingsVanishInAWhiteRoom) {
     // Light leaves rough glass by chance only: one sample's standard deviation is about 1.
     const bool isRoughGlass = name == "rough glass";
     const TracedView view = traceView(StageScene(objects), camera, 0, room,
-                                      tracing(Transport::full, isRoughGlass ? 6400 : 400, kHemisphere), {});
+                                      tracing(Transport::full, isRoughGlass ? 2000 : 400, kHemisphere), {});
     EXPECT_NEAR(meanOf(view, 0) + meanOf(view, 1), 1, isRoughGlass ? 0.01 : 0.005) << name;
   }
 }
