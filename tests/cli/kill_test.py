@@ -10,7 +10,7 @@ import unittest
 
 from support import SCRIPT, SMALL_STAGE, SURFLECT, TestInFolder, content, succeed, write_small_capture
 
-MOMENTS = 8
+MOMENTS = 6
 
 
 def kill_after(seconds, *arguments):
