@@ -34,7 +34,7 @@ TEST(InterpolationSelection, ACaptureWithGapsIsWeightedByPairsToo) {
   Studio studio = gappyStudio();
   studio.cameras = 30;
   studio.gloss = 1;
-  const PackedStudio packed(studio);
+  const PackedStudio packed(studio, 500);
   const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
   EXPECT_FALSE(packed.model.isFullProduct);
   EXPECT_EQ(choice.kind, ulr::Interpolation::kriging);

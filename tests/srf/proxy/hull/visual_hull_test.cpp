@@ -39,7 +39,7 @@ double beyondSphereHull(const std::vector<capture::Camera<AcquisitionSpace>>& ca
 
 TEST(VisualHull, OfASphereConvergesToTheIntersectionOfItsCones) {
   double bound = 0.02;
-  for (const int size : {50, 100, 200}) {
+  for (const int size : {50, 100}) {
     const auto cameras = shapes::camerasAround(14, size);
     const auto silhouetteViews = shapes::silhouetteViews(cameras, shapes::sphere());
     const VisualHull hull = hullOf(silhouetteViews);
