@@ -56,28 +56,14 @@ method::BuildReport buildField(const method::BuildInput& input, const Setting& s
   const BuildOptions options = method::applied(BuildOptions{}, buildRows(), setting);
   const lightfield::Views views = lightfield::viewsOf(input, progress);
   const BuildReport report = build(views, options, input.output, progress);
-  const AtlasReport& atlas = report.atlas;
-  input.say(fmt::format(
-      "{} regions: normals within {:.0f} degrees of a region's axis on average, {:.0f} at worst; "
-      "stretch {:.2f}, at most {:.1f} on 99 % of the surface; {:.2f} texels stored for each that is needed",
-      atlas.regions, atlas.meanCone, atlas.worstCone, atlas.meanStretch, atlas.highStretch,
-      atlas.redundancy));
   if (report.unseenRegions > 0)
     input.say(fmt::format("{} regions are seen by no photograph: filled from their neighbours, {} left black",
                           report.unseenRegions, report.blackRegions));
   input.say(fmt::format("{}: {} textures of {} in {} directions, {} texels of the surface, {}; {:.1f} s",
-                        input.output.string(), report.texturesStored, atlas.regions, options.directions,
+                        input.output.string(), report.texturesStored, report.regions, options.directions,
                         report.surfaceTexels, lightfield::mebibytes(report.bytes), watch.seconds()));
   const auto count = [](auto number) { return static_cast<double>(number); };
-  return {.counts = {{"atlas.regions", count(atlas.regions)},
-                     {"atlas.worst_cone_deg", atlas.worstCone},
-                     {"atlas.mean_cone_deg", atlas.meanCone},
-                     {"atlas.smallest_share", atlas.smallestShare},
-                     {"atlas.largest_share", atlas.largestShare},
-                     {"atlas.mean_stretch", atlas.meanStretch},
-                     {"atlas.high_stretch", atlas.highStretch},
-                     {"atlas.redundancy", atlas.redundancy},
-                     {"atlas.cost", atlas.cost},
+  return {.counts = {{"regions", count(report.regions)},
                      {"photographs", count(report.photographs)},
                      {"texel_size", report.texelSize},
                      {"pixel_footprint", report.pixelFootprint},
