@@ -46,7 +46,7 @@ void sayChanged(const std::vector<scene::Environment>& environments) {
       say(fmt::format("{}: {} negative or NaN texels count as 0", image.string(), map->replaced));
     if (map->clamped > 0)
       say(fmt::format("{}: {} infinite texels count as {:.0f}", image.string(), map->clamped,
-                      ulr::kLargestHalf));
+                      weights::kLargestHalf));
   }
 }
 

@@ -75,7 +75,7 @@ Json jsonOfChoice(const model::InterpolationSelection& selection) {
 void announceInterpolation(const model::InterpolationSelection& selection) {
   if (!selection.leftOut) return;
   const auto& [chosen, separate] = *selection.leftOut;
-  if (selection.choice.kind == ulr::Interpolation::separate)
+  if (selection.choice.kind == weights::Interpolation::separate)
     say(fmt::format(
         "photographs: weighted by camera and light apart; those left out are predicted to {:.1f} dB",
         separate));

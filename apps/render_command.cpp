@@ -89,7 +89,7 @@ Json environmentJson(const scene::Environment& environment, const method::Enviro
 // Returns one line for each kind of sample that was changed in an environment.
 std::vector<std::string> remarksOn(const scene::Environment& environment) {
   const std::string image = environment.image.string();
-  const ulr::EnvironmentMap& map = *environment.map;
+  const weights::EnvironmentMap& map = *environment.map;
   std::vector<std::string> remarks;
   if (map.replaced > 0)
     remarks.push_back(fmt::format("{}: {} with samples below 0 or not a number, which are taken for 0", image,

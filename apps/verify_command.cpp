@@ -161,7 +161,7 @@ Json runVerify(const VerifyArguments& arguments, const std::string& command, con
   if (!arguments.capture.path.empty()) capture = arguments.capture.read();
   if (!arguments.output.empty()) createFolder(arguments.output);
   const capture::Capture* photographs = capture ? &*capture : nullptr;
-  const shading::ShadeOptions shade = surfels::frameOptions(setting).shade;
+  const weights::ShadeOptions shade = surfels::frameOptions(setting).shade;
   surfels::SurfelRenderer renderer(model, setting);
 
   verify::Report report;

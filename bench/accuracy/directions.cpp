@@ -44,7 +44,7 @@ public:
     const double step = warp::differenceStep(rest);
     const DeformedCloud cloud = warp::deform(rest, scene.warp);
     const splat::SplatRaster raster = surfels::look(scene.camera, rest, cloud);
-    shading::QueryBatch batch = surfels::queriesAt(rest, cloud, raster.visible, scene.camera, scene.lights);
+    weights::QueryBatch batch = surfels::queriesAt(rest, cloud, raster.visible, scene.camera, scene.lights);
     if (surfels::castsShadows(model_, {})) {
       if (!occluders_) occluders_ = occludersOf(rest, *model_.levels);
       surfels::CastShadows(*occluders_, rest, scene).fill(cloud, raster.visible, batch);

@@ -145,7 +145,7 @@ image::Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const 
   const SurfelCloud& rest = model_.cloud;
   const DeformedCloud bent = warp::deform(rest, *shearWarp(shear));
   const splat::SplatRaster coverage = surfels::look(camera, rest, bent);
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   batch.lights = 1;
   batch.surfels = coverage.visible;
   for (const uint32_t surfel : coverage.visible) {
@@ -159,9 +159,9 @@ image::Image BrushedPlate::rendered(const FrameOf& frameOf, double shear) const 
   }
   codec::BlockCache cache(model_.files, size_t{1} << 26);
   shading::ShadingStats stats;
-  shading::ShadeOptions options;
+  weights::ShadeOptions options;
   options.lights = 3;
-  options.lightFit = ulr::LightFit::mean;
+  options.lightFit = weights::LightFit::mean;
   return greenOf(surfels::developRadiance(coverage, shading::shade(model_, batch, options, cache, stats)));
 }
 

@@ -37,9 +37,9 @@ std::vector<Way> waysOf(const model::Model& model, const capture::Capture& sweep
   const warp::WarpPointer still = warp::chainWarp({});
   const auto camera = scene::inObjectSpace(sweep.views[0].camera);
   surfels::FrameWorkspace workspace(model, size_t{1} << 30);
-  const std::pair<const char*, shading::ShadeOptions> blends[] = {
+  const std::pair<const char*, weights::ShadeOptions> blends[] = {
       {"default", {}},
-      {"paper", {.interpolation = shading::Interpolation::paper}},
+      {"paper", {.interpolation = weights::Interpolation::paper}},
       {"nearest", {.nearest = true}}};
   for (const auto& [name, shade] : blends) {
     Way& way = ways.emplace_back(Way{name, {}});

@@ -162,8 +162,8 @@ DollSurface dollSurface(size_t surfels, uint64_t seed,
                         const Progress& progress) {
   const TriangleMesh mesh = dollMesh(segmentsFor(surfels));
   DollSurface surface{dollCloud(surfels, seed, progress), {}};
-  surface.visibility =
-      ulr::visibilityWeights(surface.cloud, cameras, RayCaster<AcquisitionSpace>(mesh, progress), progress);
+  surface.visibility = weights::visibilityWeights(surface.cloud, cameras,
+                                                  RayCaster<AcquisitionSpace>(mesh, progress), progress);
   return surface;
 }
 
@@ -182,7 +182,7 @@ void writeDollModel(const std::filesystem::path& folder, const DollSize& size, c
   });
   progress("view files", 1);
   const auto [cloud, visibility] = dollSurface(size.surfels, size.seed, cameras, progress);
-  const ulr::LightBlend blend{4, ulr::LightFit::mean, false};
+  const weights::LightBlend blend{4, weights::LightFit::mean, false};
   model::writeModel(
       model::makeModel(folder, {rig, cloud, visibility, DollBlocks::kWhite, DollBlocks::kTolerance, blend},
                        progress),

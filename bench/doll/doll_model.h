@@ -4,7 +4,7 @@
 #pragma once
 
 #include "srf/capture/camera.h"
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/visibility_weights.h"
 #include "surfel/base/progress.h"
 #include "surfel/cloud.h"
 
@@ -43,7 +43,7 @@ std::vector<float> dollColors(const SurfelCloud& cloud);
 // A cloud with its visibility in each camera. Memory: three bytes for each surfel and camera.
 struct DollSurface {
   SurfelCloud cloud;
-  ulr::VisibilityWeights visibility;
+  weights::VisibilityWeights visibility;
 };
 DollSurface dollSurface(size_t surfels, uint64_t seed,
                         std::span<const capture::Camera<AcquisitionSpace>> cameras,

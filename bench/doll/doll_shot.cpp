@@ -44,7 +44,7 @@ Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights) {
   }
   shot.options.shade.cameras = 4;
   shot.options.shade.lights = 4;
-  shot.options.shade.lightFit = ulr::LightFit::mean;
+  shot.options.shade.lightFit = weights::LightFit::mean;
   shot.options.shade.foreshortened = false;
   return shot;
 }

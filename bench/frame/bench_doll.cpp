@@ -204,17 +204,17 @@ public:
   }
 
 private:
-  surfels::ReferenceFrame referenceOf(surfels::DecodedBlocks& blocks) {
-    const WarmFrame& frame = *frames_[0].frame;
+  surfels::ReferenceFrame referenceOf() {
+    WarmFrame& frame = *frames_[0].frame;
     const Shot& shot = frame.shot();
-    return surfels::referenceFrame(frame.model(), *shot.warp, shot.camera, shot.lights, shot.options, blocks);
+    return surfels::referenceFrame(frame.model(), *shot.warp, shot.camera, shot.lights, shot.options,
+                                   frame.cache());
   }
 
   // Compares the frame with the reference frame, whose white level is 1, and the preview with the frame.
   void checkFrame() {
     WarmFrame& frame = *frames_[0].frame;
-    blocks_ = std::make_unique<surfels::DecodedBlocks>(frame.cache());
-    reference_ = referenceOf(*blocks_);
+    reference_ = referenceOf();
     const image::Image &wanted = reference_.color, &got = frame.render().color;
     const double white = film::whiteOf(wanted);
     psnrDb_ = std::min(evaluation::compare(wanted, got, 1 / white).psnrLinear(), 999.0);
@@ -230,7 +230,7 @@ private:
     const model::Model& model = frames_[0].frame->model();
     for (FrameBenchmark& entry : frames_) registerFrame(entry, arguments_.frames);
     timed("reference frame", 1, [this](benchmark::State& state) {
-      for (auto _ : state) reference_ = referenceOf(*blocks_);
+      for (auto _ : state) reference_ = referenceOf();
     });
     timed("cold frame", std::min(arguments_.frames, 3), [this, &model](benchmark::State& state) {
       forgetFiles(model);
@@ -271,7 +271,6 @@ private:
   fs::path folder_;
   // The doll's frame, then its preview, then growth; a deque, since benchmarks hold references.
   std::deque<FrameBenchmark> frames_;
-  std::unique_ptr<surfels::DecodedBlocks> blocks_;
   surfels::ReferenceFrame reference_;
   double psnrDb_ = 0, largest_ = 0, previewDb_ = 0;
 };

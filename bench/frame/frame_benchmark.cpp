@@ -118,8 +118,8 @@ std::vector<FrameBenchmark> growthBenchmarks(SharedModel model, int width, int h
         shown(once([=] { return withMoreSurfels(*quarter(), times); }), lights, 1));
   add("environments", 1, [=] {
     Shot shot = dollShot(model->cloud, width, height, 1);
-    const auto studio = std::make_shared<const ulr::EnvironmentMap>(
-        ulr::environmentOf(image::readPicture(SURFLECT_STUDIO).image, ulr::EnvironmentMapping::latLong));
+    const auto studio = std::make_shared<const weights::EnvironmentMap>(weights::environmentOf(
+        image::readPicture(SURFLECT_STUDIO).image, weights::EnvironmentMapping::latLong));
     const Mat3<double> upright = // maps y of the studio to z
         Eigen::AngleAxisd(std::numbers::pi / 2, Vec3<double>::UnitX()).toRotationMatrix();
     shot.lights = {scene::ShotEnvironment{studio, Rotation<ObjectSpace, EnvironmentSpace>(upright)}};

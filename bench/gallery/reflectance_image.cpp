@@ -8,7 +8,7 @@
 #include "srf/image/image_file.h"
 #include "srf/image/over_black.h"
 #include "srf/image/png.h"
-#include "srf/ulr/environment_map.h"
+#include "srf/weights/environment_map.h"
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
@@ -66,8 +66,8 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
 
   // Assigns each texel to its nearest light.
   const image::Image radiance = image::readPicture(environmentFile).image;
-  const auto map = std::make_shared<const ulr::EnvironmentMap>(
-      ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong));
+  const auto map = std::make_shared<const weights::EnvironmentMap>(
+      weights::environmentOf(radiance, weights::EnvironmentMapping::latLong));
   const std::array<scene::ShotLight, 1> shot = {
       scene::ShotEnvironment{map, Rotation<ObjectSpace, EnvironmentSpace>(worldFromEnvironment().matrix())}};
   const std::vector<Rgb> weights = lightfield::photographWeights(lights, {0, 0, 0}, shot);
@@ -77,7 +77,7 @@ void relightReflectanceImage(const std::filesystem::path& captureFolder, const s
     for (int x = 0; x < radiance.width; ++x) {
       const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
       lightOf.push_back(
-          lightfield::nearestLight(towards, worldFromEnvironment()(ulr::latLongDirection(u, v))));
+          lightfield::nearestLight(towards, worldFromEnvironment()(weights::latLongDirection(u, v))));
       solidAngle[lightOf.back()] += std::sin(std::numbers::pi * v) * 2 * std::numbers::pi / radiance.width *
                                     std::numbers::pi / radiance.height;
     }

@@ -12,9 +12,9 @@ std::vector<Environment> readEnvironments(const Script& script, const Progress& 
     if (!light) continue;
     progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
     const Stopwatch watch;
-    const auto map = std::make_shared<const ulr::EnvironmentMap>(
-        ulr::readEnvironment(light->image, light->mapping, progress));
-    static_assert(sizeof(ulr::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
+    const auto map = std::make_shared<const weights::EnvironmentMap>(
+        weights::readEnvironment(light->image, light->mapping, progress));
+    static_assert(sizeof(weights::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
     const uint64_t hash = contentHash(std::as_bytes(std::span(map->texels)));
     environments.push_back({light->image, map, hash, watch.seconds()});
   }

@@ -13,9 +13,9 @@ namespace surflect::scene {
 
 struct Environment {
   std::filesystem::path image;
-  std::shared_ptr<const ulr::EnvironmentMap> map; // never null
-  uint64_t hash = 0;                              // of the texels
-  double seconds = 0;                             // taken by reading
+  std::shared_ptr<const weights::EnvironmentMap> map; // never null
+  uint64_t hash = 0;                                  // of the texels
+  double seconds = 0;                                 // taken by reading
 };
 
 // One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.

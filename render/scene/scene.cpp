@@ -168,7 +168,7 @@ capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpac
 ShotLight inObjectSpace(const capture::Light& light) {
   if (const auto* directional = std::get_if<capture::DirectionalLight>(&light.kind))
     return ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(directional->towards.raw()),
-                                directional->irradiance, ulr::LightExtrapolation::clamp,
+                                directional->irradiance, weights::LightExtrapolation::clamp,
                                 directional->irradianceGradient};
   const auto& point = std::get<capture::PointLight>(light.kind);
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(point.position.raw()), point.intensity};

@@ -29,20 +29,20 @@ capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime
 struct ShotDirectionalLight {
   Direction3<ObjectSpace, double> towards; // the light; unit
   Rgb irradiance;
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::clamp;
   Vec3<double> irradianceGradient = {0, 0, 0}; // as that of a captured light (rig.h); object space
 };
 struct ShotPointLight {
   Point3<ObjectSpace, double> position;
   Rgb intensity; // W/sr
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::clamp;
 };
 struct ShotEnvironment {
-  std::shared_ptr<const ulr::EnvironmentMap> map; // never null; renderers keep what they prepare, by map
+  std::shared_ptr<const weights::EnvironmentMap> map; // never null; renderers keep what they prepare, by map
   Rotation<ObjectSpace, EnvironmentSpace> objectFromEnvironment;
   Rgb strength{1, 1, 1}; // radiance scale
   double error = 0.01;   // allowed in the captured lights' weights, as in EnvironmentLightMotion
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::fade;
 };
 using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;
 

@@ -100,19 +100,19 @@ std::optional<Value> findChoice(const Section& section, std::string_view key,
   throw mismatch(*entry, "one of " + listed(names));
 }
 
-ulr::LightExtrapolation uncoveredOr(const Section& section, ulr::LightExtrapolation otherwise) {
-  return findChoice<ulr::LightExtrapolation>(
-             section, "uncovered",
-             {{"extrapolate", ulr::LightExtrapolation::clamp}, {"fade", ulr::LightExtrapolation::fade}})
+weights::LightExtrapolation uncoveredOr(const Section& section, weights::LightExtrapolation otherwise) {
+  return findChoice<weights::LightExtrapolation>(section, "uncovered",
+                                                 {{"extrapolate", weights::LightExtrapolation::clamp},
+                                                  {"fade", weights::LightExtrapolation::fade}})
       .value_or(otherwise);
 }
 
 LightMotion asEnvironment(const Section& section) {
   EnvironmentLightMotion light;
   light.image = asPath(section.require("image"));
-  light.mapping = findChoice<ulr::EnvironmentMapping>(
+  light.mapping = findChoice<weights::EnvironmentMapping>(
       section, "mapping",
-      {{"latlong", ulr::EnvironmentMapping::latLong}, {"angular", ulr::EnvironmentMapping::angular}});
+      {{"latlong", weights::EnvironmentMapping::latLong}, {"angular", weights::EnvironmentMapping::angular}});
   light.up = trackOr(section, "up", yUp);
   light.rotateDeg = trackOr(section, "rotate_deg", 0);
   light.color = trackOr(section, "color", white);
@@ -121,7 +121,7 @@ LightMotion asEnvironment(const Section& section) {
     light.error = asNumber(*error);
     if (light.error < 1e-4 || light.error > 1) throw mismatch(*error, "a number in 0.0001..1");
   }
-  light.extrapolation = uncoveredOr(section, ulr::LightExtrapolation::fade);
+  light.extrapolation = uncoveredOr(section, weights::LightExtrapolation::fade);
   return light;
 }
 
@@ -132,13 +132,14 @@ const std::vector<Kind<LightMotion>>& lightKinds() {
        [](const Section& s) -> LightMotion {
          return DirectionalLightMotion{asTrack3(s.require("direction")), trackOr(s, "color", white),
                                        trackOr(s, "intensity", 1),
-                                       uncoveredOr(s, ulr::LightExtrapolation::clamp)};
+                                       uncoveredOr(s, weights::LightExtrapolation::clamp)};
        }},
       {"point",
        {"position", "color", "intensity", "uncovered"},
        [](const Section& s) -> LightMotion {
          return PointLightMotion{asPlace(s.require("position")), trackOr(s, "color", white),
-                                 trackOr(s, "intensity", 1), uncoveredOr(s, ulr::LightExtrapolation::clamp)};
+                                 trackOr(s, "intensity", 1),
+                                 uncoveredOr(s, weights::LightExtrapolation::clamp)};
        }},
       {"environment",
        {"image", "mapping", "up", "rotate_deg", "color", "intensity", "error", "uncovered"},

@@ -4,8 +4,8 @@
 // expression in t, frame and s (warp/track.h).
 #pragma once
 
-#include "srf/ulr/environment_map.h"
-#include "srf/ulr/light_extrapolation.h"
+#include "srf/weights/environment_map.h"
+#include "srf/weights/fades.h"
 #include "warp/motion.h"
 
 #include <array>
@@ -57,26 +57,26 @@ struct DirectionalLightMotion {
   warp::Track3 direction; // towards the light, any length
   warp::Track3 color;
   warp::Track intensity;
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::clamp;
 };
 // color * intensity is in W/sr.
 struct PointLightMotion {
   warp::Track3 position;
   warp::Track3 color;
   warp::Track intensity;
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::clamp;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::clamp;
 };
 // color * intensity multiplies the picture's radiance. The picture's own up (y) is turned to `up` along the
 // shortest arc, as an orbit is, after a turn by rotate_deg about it, counter-clockwise seen from above.
 struct EnvironmentLightMotion {
-  std::filesystem::path image;                    // resolved against the script's folder
-  std::optional<ulr::EnvironmentMapping> mapping; // by the picture's shape where not given
+  std::filesystem::path image;                        // resolved against the script's folder
+  std::optional<weights::EnvironmentMapping> mapping; // by the picture's shape where not given
   warp::Track3 up;
   warp::Track rotateDeg;
   warp::Track3 color;
   warp::Track intensity;
   double error = 0.01; // of the captured lights' weights, about; 0.0001..1
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::fade;
 };
 using LightMotion = std::variant<DirectionalLightMotion, PointLightMotion, EnvironmentLightMotion>;
 

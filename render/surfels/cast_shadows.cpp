@@ -1,7 +1,6 @@
 #include "render/surfels/cast_shadows.h"
 
-#include "srf/shading/light_weights.h"
-#include "srf/ulr/light_visibility.h"
+#include "srf/weights/fades.h"
 #include "warp/deform.h"
 
 #include <tbb/parallel_for.h>
@@ -11,12 +10,10 @@
 
 namespace surflect::surfels {
 
-bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
+bool castsShadows(const weights::ReflectanceField& field, const weights::ShadeOptions& options,
                   std::optional<bool> choice) {
-  const bool isDefault =
-      field.interpolation.shadows || shading::interpolationOf(field, options) == ulr::Interpolation::pairs;
-  return choice.value_or(isDefault) && field.lightVisibility && field.levels &&
-         shading::weighsPairs(field, options);
+  return choice.value_or(field.interpolation.shadows) && field.lightVisibility && field.levels &&
+         usesKriging(field, options);
 }
 
 CastShadows::CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
@@ -33,7 +30,7 @@ CastShadows::CastShadows(const Occluders& occluders, const SurfelCloud& cloud, c
 }
 
 void CastShadows::fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
-                       shading::QueryBatch& batch) const {
+                       weights::QueryBatch& batch) const {
   batch.reached.resize(surfels.size() * lights_.size());
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
     const uint32_t i = surfels[query];
@@ -49,7 +46,7 @@ void CastShadows::fill(const DeformedCloud& deformed, std::span<const uint32_t> 
       const double distance = isDistant ? std::numeric_limits<double>::infinity() : way.norm();
       const auto towards =
           assume<Direction3<ObjectSpace, double>>(isDistant ? way : Vec3<double>(way / distance));
-      const auto lit = static_cast<float>(ulr::terminatorFade(dot(normal, towards)));
+      const auto lit = static_cast<float>(weights::terminatorFade(dot(normal, towards)));
       batch.reached[query * lights_.size() + l] =
           lit > 0 && !isHidden(caster_, p, normal, towards, distance, clearance) ? lit : 0;
     }

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "render/scene/scene.h"
-#include "srf/shading/query.h"
-#include "srf/shading/reflectance_field.h"
+#include "srf/weights/query.h"
+#include "srf/weights/reflectance_field.h"
 #include "surfel/occluders.h"
 
 #include <optional>
@@ -12,10 +12,9 @@
 
 namespace surflect::surfels {
 
-// True if photographs are told from one another by whether they show a surfel lit: the given choice, or the
-// model's for kriging. By default always for pairs, which else blend photographs with the requested half
-// vector that show the surfel turned away from the light.
-bool castsShadows(const shading::ReflectanceField& field, const shading::ShadeOptions& options,
+// True if frames use shadow states (srf/weights/shadow_state.h), and so need shadow rays: under kriging, by
+// the given choice or else the model's. False if the model stores no shadow states.
+bool castsShadows(const weights::ReflectanceField& field, const weights::ShadeOptions& options,
                   std::optional<bool> choice = {});
 
 class CastShadows {
@@ -27,7 +26,7 @@ public:
   // Fills batch.reached, with 0 or terminatorFade, for queries at these surfels of a deformed cloud.
   // Environments have no entries.
   void fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
-            shading::QueryBatch& batch) const;
+            weights::QueryBatch& batch) const;
 
 private:
   struct Light {

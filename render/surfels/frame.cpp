@@ -22,11 +22,11 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
-void countLights(const shading::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
+void countLights(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                  FrameStats& stats) {
   stats.environments = lit.environments.size();
   stats.lights = lit.scene.lights.size() - lit.environments.size();
-  if (shading::weighsPairs(field, options.shade)) stats.pairLights = stats.lights;
+  if (weights::usesKriging(field, options.shade)) stats.pairLights = stats.lights;
   for (const PreparedEnvironment* environment : lit.environments)
     (environment->table ? stats.tabulatedLights : stats.lights) += environment->lights.size();
 }
@@ -39,7 +39,7 @@ void countSplats(const splat::SplatRaster& raster, FrameStats& stats) {
 }
 
 // Finds levels of detail and patches that the options need and the workspace lacks.
-void prepareWorkspace(const shading::ReflectanceField& field, const FrameOptions& options,
+void prepareWorkspace(const weights::ReflectanceField& field, const FrameOptions& options,
                       FrameWorkspace& workspace, const Progress& progress) {
   if (options.surfelSize > 0 && !workspace.levels)
     workspace.levels = cutLevels(
@@ -51,7 +51,7 @@ void prepareWorkspace(const shading::ReflectanceField& field, const FrameOptions
 }
 
 // Appends the direction towards the viewer of each place of a batch.
-void addDirections(const shading::QueryBatch& batch, std::vector<Direction3<AcquisitionSpace>>& directions) {
+void addDirections(const weights::QueryBatch& batch, std::vector<Direction3<AcquisitionSpace>>& directions) {
   for (size_t query = 0; query < batch.size(); ++query)
     directions.resize(directions.size() + batch.placeBegin(query + 1) - batch.placeBegin(query),
                       batch.towardsView[query]);
@@ -59,7 +59,7 @@ void addDirections(const shading::QueryBatch& batch, std::vector<Direction3<Acqu
 
 } // namespace
 
-FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& requested,
+FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
   auto& [cache, environments, deformed, raster, occluders, levels, cut, patches, surfelsPerPatch, memory,
          stats] = workspace;
@@ -108,7 +108,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
-  const shading::FillBatch write = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+  const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     writeQueries(cloud, tangents, asking.subspan(begin, end - begin), scene.camera, scene.lights,
                  lit.environments, progress, batch);
     batch.reached.clear();
@@ -118,12 +118,12 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
   };
-  const shading::FillBatch fill = [&](size_t begin, size_t end, shading::QueryBatch& batch) {
+  const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     write(begin, end, batch);
     if (isTranslucent) addDirections(batch, towardsView);
     clock.finish("queries");
   };
-  shading::ShadeOptions shading = options.shade;
+  weights::ShadeOptions shading = options.shade;
   shading.placesPerQuery = options.surfelsPerPatch;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
@@ -135,7 +135,7 @@ FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Sce
   const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
-  if (options.shade.interpolation == shading::Interpolation::paper) shaded.confidence.clear();
+  if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
   const auto developed = [&](image::Image kept) {
     return isTranslucent ? developLayers(raster, cloud, towardsView, shaded, std::move(kept))

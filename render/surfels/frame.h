@@ -56,7 +56,7 @@ enum class Tangents {
 };
 
 struct FrameOptions {
-  shading::ShadeOptions shade;
+  weights::ShadeOptions shade;
   splat::SplatOptions splats;
   // Overrides whether shadows are found by rays where photographs are weighted by pairs; see CastShadows and
   // InterpolationChoice.
@@ -75,7 +75,7 @@ struct FrameOptions {
 // it at a time.
 struct FrameWorkspace {
   // Keeps up to cacheBytes of decoded blocks. The field must outlive the workspace.
-  FrameWorkspace(const shading::ReflectanceField& field, size_t cacheBytes)
+  FrameWorkspace(const weights::ReflectanceField& field, size_t cacheBytes)
       : cache(field.files, cacheBytes) {}
 
   codec::BlockCache cache;
@@ -92,7 +92,7 @@ struct FrameWorkspace {
 };
 
 // Throws Error as shade does, and Cancelled.
-FrameLayers renderFrame(const shading::ReflectanceField& field, const scene::Scene& scene,
+FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace,
                         const Progress& progress = {});
 

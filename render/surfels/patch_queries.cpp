@@ -18,7 +18,7 @@ PatchQueries patchQueries(const Patches& patches, std::span<const uint32_t> visi
 }
 
 void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, size_t begin, size_t end,
-               shading::QueryBatch& batch) {
+               weights::QueryBatch& batch) {
   const uint32_t first = queries.firstPlace[begin], last = queries.firstPlace[end];
   batch.places.assign(visible.begin() + first, visible.begin() + last);
   batch.firstPlace.clear();

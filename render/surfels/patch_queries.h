@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/surfels/cut.h"
-#include "srf/shading/query.h"
+#include "srf/weights/query.h"
 #include "surfel/cloud.h"
 #include "surfel/patches.h"
 
@@ -25,7 +25,7 @@ PatchQueries patchQueries(const Patches& patches, std::span<const uint32_t> visi
 
 // Adds the places of the queries [begin, end) to a batch.
 void addPlaces(const PatchQueries& queries, std::span<const uint32_t> visible, size_t begin, size_t end,
-               shading::QueryBatch& batch);
+               weights::QueryBatch& batch);
 
 // Patches of a cut: what the cut has left of each patch of the whole cloud. The middle of a patch is the
 // middle surfel of its run.

@@ -24,7 +24,7 @@ struct ErrorModel {
   double disagreement = 1, structure = 1, gap = 1; // a, b, g
 };
 
-// p of surfels from the confidence in their best view (ulr::confidenceOf).
+// p of surfels from the confidence in their best view (weights::confidenceOf).
 std::vector<float> viewGaps(std::span<const float> confidence);
 
 // e of each pixel. color and nearest: c and c_n, RGBA, premultiplied; gap: p, premultiplied, one channel. All

@@ -4,25 +4,25 @@
 
 namespace surflect::surfels {
 
-PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
-                                       ulr::LightExtrapolation extrapolation,
-                                       const shading::ReflectanceField& field,
-                                       const shading::ShadeOptions& options, const Progress& progress) {
-  const double spacing = std::min(1.0, shading::lightSpacing(field));
-  std::vector<ulr::EnvironmentLight> texels; // a large map takes a while to copy
+PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, double error,
+                                       weights::LightExtrapolation extrapolation,
+                                       const weights::ReflectanceField& field,
+                                       const weights::ShadeOptions& options, const Progress& progress) {
+  const double spacing = std::min(1.0, weights::lightSpacing(field));
+  std::vector<weights::EnvironmentLight> texels; // a large map takes a while to copy
   texels.reserve(map.texels.size());
   for (size_t i = 0; i < map.texels.size(); ++i) {
     progress.checkNowAndThen(i);
     texels.push_back(map.texels[i]);
   }
   PreparedEnvironment prepared{
-      ulr::clusteredLights(std::move(texels), 0.9 * error * spacing * spacing, progress),
+      weights::clusteredLights(std::move(texels), 0.9 * error * spacing * spacing, progress),
       extrapolation,
-      shading::lightTable(field, options, extrapolation),
+      weights::lightTable(field, options, extrapolation),
       {}};
-  if (shading::weighsPairs(field, options)) {
+  if (weights::usesKriging(field, options)) {
     const auto others =
-        prepared.lights.begin() + static_cast<ptrdiff_t>(ulr::moveKeyLightsFirst(prepared.lights));
+        prepared.lights.begin() + static_cast<ptrdiff_t>(weights::moveKeyLightsFirst(prepared.lights));
     prepared.keyLights.assign(prepared.lights.begin(), others);
     prepared.lights.erase(prepared.lights.begin(), others);
   }
@@ -35,11 +35,11 @@ scene::ShotEnvironment coarsened(scene::ShotEnvironment environment, double erro
 }
 
 const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironment& environment,
-                                                      const shading::ReflectanceField& field,
-                                                      const shading::ShadeOptions& options,
+                                                      const weights::ReflectanceField& field,
+                                                      const weights::ShadeOptions& options,
                                                       const Progress& progress) {
-  const ulr::LightBlend blend = shading::lightBlend(field, options);
-  const bool weighsPairs = shading::weighsPairs(field, options);
+  const weights::LightBlend blend = weights::lightBlend(field, options);
+  const bool weighsPairs = weights::usesKriging(field, options);
   for (const Entry& entry : entries_)
     if (entry.map.lock() == environment.map && entry.error == environment.error &&
         entry.extrapolation == environment.extrapolation && entry.blend == blend &&
@@ -53,8 +53,8 @@ const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironme
   return entries_.back().prepared;
 }
 
-LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
-                  const shading::ShadeOptions& options, EnvironmentCache& cache, const Progress& progress) {
+LitScene litScene(const scene::Scene& scene, double leastError, const weights::ReflectanceField& field,
+                  const weights::ShadeOptions& options, EnvironmentCache& cache, const Progress& progress) {
   LitScene lit{scene, {}};
   lit.scene.lights.clear();
   std::vector<scene::ShotLight> keyLights;
@@ -62,7 +62,7 @@ LitScene litScene(const scene::Scene& scene, double leastError, const shading::R
     if (const auto* environment = std::get_if<scene::ShotEnvironment>(&light)) {
       const PreparedEnvironment& prepared =
           cache.prepared(coarsened(*environment, leastError), field, options, progress);
-      for (const ulr::EnvironmentLight& key : prepared.keyLights)
+      for (const weights::EnvironmentLight& key : prepared.keyLights)
         keyLights.push_back(
             scene::ShotDirectionalLight{environment->objectFromEnvironment(key.towards.cast<double>()),
                                         environment->strength * key.irradiance, environment->extrapolation});

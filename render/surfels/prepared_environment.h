@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/scene/scene.h"
-#include "srf/shading/light_weights.h"
+#include "srf/weights/light_weights.h"
 #include "surfel/base/progress.h"
 
 #include <list>
@@ -15,10 +15,10 @@
 namespace surflect::surfels {
 
 struct PreparedEnvironment {
-  std::vector<ulr::EnvironmentLight> lights; // that stand for the map, without key lights
-  ulr::LightExtrapolation extrapolation = ulr::LightExtrapolation::fade;
-  std::optional<ulr::LightTable> table;         // empty if shading::lightTable has none
-  std::vector<ulr::EnvironmentLight> keyLights; // none unless photographs are weighted by pairs
+  std::vector<weights::EnvironmentLight> lights; // that stand for the map, without key lights
+  weights::LightExtrapolation extrapolation = weights::LightExtrapolation::fade;
+  std::optional<weights::LightTable> table;         // empty if weights::lightTable has none
+  std::vector<weights::EnvironmentLight> keyLights; // none unless photographs are weighted by pairs
 };
 
 // Replaces the map by enough directional lights to keep the sum of the absolute errors of the captured
@@ -26,10 +26,10 @@ struct PreparedEnvironment {
 // s is the spacing of the captured lights in radians, but at most 1. Tests over several rigs and maps find
 // sums of 0.27 to 0.9 times `error`. kMaxClusteredLights bounds how small the sum can be. Where photographs
 // are weighted by pairs, key lights are kept apart.
-PreparedEnvironment prepareEnvironment(const ulr::EnvironmentMap& map, double error,
-                                       ulr::LightExtrapolation extrapolation,
-                                       const shading::ReflectanceField& field,
-                                       const shading::ShadeOptions& options, const Progress& progress = {});
+PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, double error,
+                                       weights::LightExtrapolation extrapolation,
+                                       const weights::ReflectanceField& field,
+                                       const weights::ShadeOptions& options, const Progress& progress = {});
 
 // The environment, with at least the given error.
 scene::ShotEnvironment coarsened(scene::ShotEnvironment environment, double error);
@@ -40,15 +40,15 @@ public:
   // Prepares an environment on the first call for its map and settings. The result lives as long as the map.
   // Throws Cancelled.
   const PreparedEnvironment& prepared(const scene::ShotEnvironment& environment,
-                                      const shading::ReflectanceField& field,
-                                      const shading::ShadeOptions& options, const Progress& progress = {});
+                                      const weights::ReflectanceField& field,
+                                      const weights::ShadeOptions& options, const Progress& progress = {});
 
 private:
   struct Entry {
-    std::weak_ptr<const ulr::EnvironmentMap> map;
+    std::weak_ptr<const weights::EnvironmentMap> map;
     double error;
-    ulr::LightExtrapolation extrapolation;
-    ulr::LightBlend blend;
+    weights::LightExtrapolation extrapolation;
+    weights::LightBlend blend;
     bool nearest, weighsPairs;
     PreparedEnvironment prepared;
   };
@@ -64,8 +64,8 @@ struct LitScene {
 // Prepares the environments of a scene, each with an error of at least `leastError`, and appends their key
 // lights to its lights. An environment of key lights alone is left out. The result lives as long as the maps.
 // Throws Cancelled.
-LitScene litScene(const scene::Scene& scene, double leastError, const shading::ReflectanceField& field,
-                  const shading::ShadeOptions& options, EnvironmentCache& cache,
+LitScene litScene(const scene::Scene& scene, double leastError, const weights::ReflectanceField& field,
+                  const weights::ShadeOptions& options, EnvironmentCache& cache,
                   const Progress& progress = {});
 
 } // namespace surflect::surfels

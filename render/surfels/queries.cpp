@@ -42,7 +42,7 @@ template <class Value> const float* floatsOf(const std::vector<Value>& values) {
   return reinterpret_cast<const float*>(values.data());
 }
 
-ulr::LightExtrapolation extrapolationOf(const scene::ShotLight& light) {
+weights::LightExtrapolation extrapolationOf(const scene::ShotLight& light) {
   if (const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light))
     return directional->extrapolation;
   return std::get<scene::ShotPointLight>(light).extrapolation;
@@ -51,7 +51,7 @@ ulr::LightExtrapolation extrapolationOf(const scene::ShotLight& light) {
 // Multiplies the irradiance of light l of the batch by its gradient's gain at each surfel, which the kernels
 // leave out.
 void shineUnevenly(const scene::ShotLight& light, size_t l, const DeformedCloud& deformed,
-                   shading::QueryBatch& batch) {
+                   weights::QueryBatch& batch) {
   const auto* directional = std::get_if<scene::ShotDirectionalLight>(&light);
   if (!directional || directional->irradianceGradient.isZero(0)) return;
   for (size_t query = 0; query < batch.size(); ++query) {
@@ -61,7 +61,7 @@ void shineUnevenly(const scene::ShotLight& light, size_t l, const DeformedCloud&
   }
 }
 
-shading::QueryEnvironment queryOf(const scene::ShotEnvironment& light,
+weights::QueryEnvironment queryOf(const scene::ShotEnvironment& light,
                                   const PreparedEnvironment& environment) {
   return {environment.lights, light.strength, environment.extrapolation,
           environment.table ? &*environment.table : nullptr};
@@ -90,7 +90,7 @@ DeformedCloud withBisectorFrames(DeformedCloud deformed) {
 void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::span<const uint32_t> surfels,
                   const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
                   std::span<const PreparedEnvironment* const> prepared, const Progress& progress,
-                  shading::QueryBatch& batch) {
+                  weights::QueryBatch& batch) {
   batch.environments.clear();
   batch.extrapolation.clear();
   std::vector<QuerySource> sources{sourceOf(camera)}; // then lights with one direction at a surfel
@@ -148,12 +148,12 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
     if (!std::holds_alternative<scene::ShotEnvironment>(light)) shineUnevenly(light, l++, deformed, batch);
 }
 
-shading::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+weights::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                               std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
                               std::span<const scene::ShotLight> lights,
                               std::span<const PreparedEnvironment* const> environments,
                               const Progress& progress) {
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   writeQueries(rest, deformed, surfels, camera, lights, environments, progress, batch);
   return batch;
 }

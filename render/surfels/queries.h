@@ -4,7 +4,7 @@
 
 #include "render/scene/scene.h"
 #include "render/surfels/prepared_environment.h"
-#include "srf/shading/query.h"
+#include "srf/weights/query.h"
 #include "surfel/cloud.h"
 #include "surfel/look_up.h"
 
@@ -23,7 +23,7 @@ DeformedCloud withBisectorFrames(DeformedCloud deformed);
 // One query per entry of `surfels`, none of which may be dead. Environments are rotated by L; `environments`
 // has one entry per ShotEnvironment of the lights, in order, and must outlive the result. In double
 // precision; the same bits for any number of threads, and for AVX2 and AVX-512. Throws Cancelled.
-shading::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
+weights::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& deformed,
                               std::span<const uint32_t> surfels, const capture::Camera<ObjectSpace>& camera,
                               std::span<const scene::ShotLight> lights,
                               std::span<const PreparedEnvironment* const> environments = {},
@@ -33,6 +33,6 @@ shading::QueryBatch queriesAt(const SurfelCloud& rest, const DeformedCloud& defo
 void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::span<const uint32_t> surfels,
                   const capture::Camera<ObjectSpace>& camera, std::span<const scene::ShotLight> lights,
                   std::span<const PreparedEnvironment* const> environments, const Progress& progress,
-                  shading::QueryBatch& batch);
+                  weights::QueryBatch& batch);
 
 } // namespace surflect::surfels

@@ -3,7 +3,8 @@
 #include "render/method/rows.h"
 #include "render/surfels/frame_work.h"
 #include "srf/model/manifest.h"
-#include "srf/ulr/weight_truncation.h"
+#include "srf/weights/interpolation.h"
+#include "srf/weights/ulr.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/simd.h"
@@ -37,16 +38,16 @@ method::Row<SurfelOptions> interpolationRow() {
                     "fitted lights (separate); by kriging of camera-light pairs; or the nearest photograph "
                     "alone"};
   return {option, [](SurfelOptions& options, const Value& value) {
-            shading::ShadeOptions& shade = options.frame.shade;
+            weights::ShadeOptions& shade = options.frame.shade;
             if ((shade.nearest = value == Value(kNearest))) return;
-            for (const auto kind : {shading::Interpolation::paper, shading::Interpolation::separate,
-                                    shading::Interpolation::kriging})
+            for (const auto kind : {weights::Interpolation::paper, weights::Interpolation::separate,
+                                    weights::Interpolation::kriging})
               if (value == Value(std::string(nameOf(kind)))) shade.interpolation = kind;
           }};
 }
 
 const method::Rows<SurfelOptions>& rows() {
-  const auto blended = wholeRange(1, ulr::kMaxBlended);
+  const auto blended = wholeRange(1, weights::kMaxBlended);
   const std::pair<std::string, std::vector<Value>> kriging{kInterpolation, {"kriging"}};
   static const method::Rows<SurfelOptions> kRows{
       interpolationRow(),
@@ -81,7 +82,7 @@ const method::Rows<SurfelOptions>& rows() {
           "low_pass", [](auto& o) -> auto& { return o.frame.splats.lowPass; },
           {.domain = method::Range{0, 10}, .help = "least standard deviation of a splat, pixels"}),
       row<SurfelOptions>("weight_error", [](auto& o) -> auto& { return o.frame.shade.weightError; },
-                         {.domain = method::Range{0, ulr::kMostTruncated},
+                         {.domain = method::Range{0, weights::kMostTruncated},
                           .preview = 0.05,
                           .sweep = {0, 0.02, 0.05, 0.1, 0.2, 0.4},
                           .help = "weight that may be left out of a blend of cameras or lights"}),
@@ -144,32 +145,31 @@ std::vector<Value> downToOne(size_t n) {
 
 // The rows of a model's frames: defaults that the model chose, and the values to sweep where a frame with the
 // given interpolation depends on them.
-std::vector<Option> rowsOf(const shading::ReflectanceField& field, const shading::ShadeOptions& given) {
-  shading::ShadeOptions shade; // with the defaults of all counts
+std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights::ShadeOptions& given) {
+  weights::ShadeOptions shade; // with the defaults of all counts
   shade.interpolation = given.interpolation;
   shade.nearest = given.nearest;
   std::vector<Option> options = method::optionsOf(rows());
   const auto rowOf = [&](const char* name) -> Option& {
     return *std::ranges::find(options, name, &Option::name);
   };
-  const auto chosen = shading::interpolationOf(field, {});
+  const auto chosen = weights::interpolationOf(field, {});
   const bool isLit = !field.rig.lights.empty(), isProduct = field.isFullProduct || !isLit;
   rowOf(kInterpolation).standard = std::string(nameOf(chosen));
   if (shade.nearest) {
     for (Option& option : options) option.sweep.clear();
     return options;
   }
-  if (shading::weighsPairs(field, shade) &&
-      shading::interpolationOf(field, shade) == shading::Interpolation::kriging)
+  if (weights::usesKriging(field, shade))
     rowOf(kInterpolation).sweep = words({"kriging", "separate"});
   if (isProduct) rowOf("cameras").sweep = downToOne(shade.cameras);
   if (isProduct && isLit) {
-    const size_t lights = shading::lightBlend(field, shade).lights;
+    const size_t lights = weights::lightBlend(field, shade).lights;
     rowOf("lights").standard = lights;
     rowOf("lights").sweep = downToOne(lights);
   }
-  if (!shading::hasSeparateWeights(field, shade))
-    rowOf("pairs").sweep = downToOne(shading::pairCount(field, shade));
+  if (!weights::hasSeparateWeights(field, shade))
+    rowOf("pairs").sweep = downToOne(weights::pairCount(field, shade));
   if (!isLit) rowOf("environment_error").sweep.clear();
   return options;
 }

@@ -1,7 +1,7 @@
 #include "render/surfels/translucent_layers.h"
 
 #include "render/splat/pixel_layers.h"
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/fades.h"
 
 #include <tbb/parallel_for.h>
 
@@ -82,7 +82,7 @@ float novelty(const Vec3<float>& front, const Vec3<float>& towardsView, const Ve
   const float along = std::max(0.f, -towardsView.dot(way));
   const float aside = (way + along * towardsView).norm();
   const float distance = way.norm() + clearance;
-  return distance > 0 ? static_cast<float>(ulr::smoothStep(kKnown, kNew, double{aside / distance})) : 0;
+  return distance > 0 ? static_cast<float>(weights::smoothStep(kKnown, kNew, double{aside / distance})) : 0;
 }
 
 void PixelComposite::add(const std::array<float, 4>& layer, float open, float hidden) {

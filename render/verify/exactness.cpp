@@ -29,7 +29,7 @@ std::string photographName(const std::string& camera, const std::string& light) 
 }
 
 // Radiance of surfels shaded at a captured camera and light, against the stored photograph of both.
-Check surfelCheck(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
+Check surfelCheck(const model::Model& model, weights::ShadeOptions options, const Bounds& bounds,
                   const Progress& progress) {
   options.usesAlpha = false; // the stored photographs are not multiplied by alpha
   const MetQueries met = metQueries(model);
@@ -38,7 +38,7 @@ Check surfelCheck(const model::Model& model, shading::ShadeOptions options, cons
   shading::ShadingStats stats;
   const shading::Shaded shaded = shading::shade(model, met.batch, options, cache, stats, progress);
   std::vector<shading::ShadingOp> lookups;
-  shading::LightRows rows;
+  weights::LightRows rows;
   std::vector<uint32_t> queries; // of the look-ups
   size_t cutAway = 0;            // surfels whose matte shows nothing at their place
   for (uint32_t query = 0; query < met.batch.size(); ++query) {
@@ -103,7 +103,7 @@ const codec::AlphaPlane* alphaOf(const model::Model& model, size_t view) {
 } // namespace
 
 Exactness exactnessOf(const model::Model& model, method::Renderer& renderer,
-                      const shading::ShadeOptions& options, const capture::Capture* capture, size_t count,
+                      const weights::ShadeOptions& options, const capture::Capture* capture, size_t count,
                       const Bounds& bounds, const Progress& progress) {
   Exactness result;
   result.isOfCapture = capture != nullptr;

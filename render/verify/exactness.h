@@ -4,7 +4,7 @@
 #include "render/method/renderer.h"
 #include "render/verify/check.h"
 #include "srf/model/model.h"
-#include "srf/shading/query.h"
+#include "srf/weights/query.h"
 #include "surfel/base/progress.h"
 
 #include <optional>
@@ -31,7 +31,7 @@ struct Exactness {
 // of `capture`, or without one with those that the model stores. Surfels are compared with what is stored,
 // apart from splatting. Throws Error where photographs cannot be read, and Cancelled.
 Exactness exactnessOf(const model::Model& model, method::Renderer& renderer,
-                      const shading::ShadeOptions& options, const capture::Capture* capture, size_t count,
+                      const weights::ShadeOptions& options, const capture::Capture* capture, size_t count,
                       const Bounds& bounds, const Progress& progress = {});
 
 } // namespace surflect::verify

@@ -8,6 +8,7 @@
 #include "render/verify/model_checks.h"
 #include "srf/image/percentile.h"
 #include "srf/shading/plan.h"
+#include "srf/weights/light_weights.h"
 #include "surfel/base/evenly_spaced.h"
 
 #include <fmt/format.h>
@@ -90,7 +91,7 @@ private:
 
   void plan() {
     if (visible_.empty()) return;
-    shading::ShadeOptions shade = options_.shade;
+    weights::ShadeOptions shade = options_.shade;
     shade.usesAlpha = false; // weights of look-ups sum to 1 before they are multiplied by alpha
     shading::ShadingPlanner planner(model_, batch_, shade);
     const size_t step = planner.queriesPerPlan();
@@ -132,7 +133,7 @@ private:
     for (const capture::View& view : model_.rig.views) views.emplace_back(view.camera);
     const capture::Viewpoint<ObjectSpace> viewer(scene_.camera);
     viewLimit_ = nearAngle(viewDirections(model_));
-    lightLimit_ = model_.rig.lights.empty() ? 0 : nearAngle(shading::lightDirections(model_));
+    lightLimit_ = model_.rig.lights.empty() ? 0 : nearAngle(weights::lightDirections(model_));
     size_t majority = 0;
     for (const Handedness handedness : cloud_.handedness) majority += handedness == Handedness::kept;
     const bool isMirrored = 2 * majority < live();
@@ -155,7 +156,7 @@ private:
       for (size_t l = 0; l < batch_.lights; ++l) {
         const Vec3<double> light =
             batch_.towardsLight[i * batch_.lights + l].raw().cast<double>().normalized();
-        if (batch_.extrapolationOf(l) == ulr::LightExtrapolation::fade) continue; // gets dark instead
+        if (batch_.extrapolationOf(l) == weights::LightExtrapolation::fade) continue; // gets dark instead
         if (normal.dot(light) < kLitCosine) continue;
         double nearest = std::numbers::pi;
         for (const capture::Light& captured : model_.rig.lights)
@@ -436,7 +437,7 @@ private:
   const DeformedCloud& cloud_;
   const std::vector<uint32_t>& visible_;
   VisibleFlags flags_;
-  shading::QueryBatch batch_;
+  weights::QueryBatch batch_;
   double viewLimit_ = 0, lightLimit_ = 0; // radians
   std::vector<Check> checks_;
 };

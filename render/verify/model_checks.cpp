@@ -90,8 +90,8 @@ std::vector<double> sumsOf(const shading::ShadingPlan& plan) {
   return sums;
 }
 
-Check weightsCheck(const model::Model& model, const shading::ShadeOptions& options, const Bounds& bounds) {
-  const shading::QueryBatch batch = randomQueries(model);
+Check weightsCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
+  const weights::QueryBatch batch = randomQueries(model);
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
   const double error = weightError(batch, sumsOf(plan), plan.targetsPerPlace);
   return judged(
@@ -100,7 +100,7 @@ Check weightsCheck(const model::Model& model, const shading::ShadeOptions& optio
 }
 
 // The weight of all cameras in the direction of the one that is met.
-Check metViewCheck(const model::Model& model, const shading::ShadeOptions& options, const Bounds& bounds) {
+Check metViewCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
   const auto [batch, met, columns] = metQueries(model);
   if (batch.size() == 0) return inapplicable("met_view", "no camera sees a surfel well");
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
@@ -129,7 +129,7 @@ struct Dark {
   size_t surfels = 0;
   std::vector<FlaggedPlace> places;
 };
-Dark darkIn(const model::Model& model, const ulr::VisibilityWeights& fades) {
+Dark darkIn(const model::Model& model, const weights::VisibilityWeights& fades) {
   double area = 0, dark = 0;
   std::vector<uint32_t> found;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
@@ -254,7 +254,7 @@ double angleBetween(const Vec3<double>& a, const Vec3<double>& b) {
 
 double nearAngle(std::span<const Direction3<AcquisitionSpace, double>> directions) {
   constexpr double kLeast = 10, kMost = 45;
-  const double spacing = degrees(ulr::LightExtrapolationFade(directions).spacing());
+  const double spacing = degrees(weights::LightExtrapolationFade(directions).spacing());
   return std::clamp(spacing, kLeast, kMost) * std::numbers::pi / 180;
 }
 
@@ -265,7 +265,7 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
   return directions;
 }
 
-double weightError(const shading::QueryBatch& batch, const std::vector<double>& sums,
+double weightError(const weights::QueryBatch& batch, const std::vector<double>& sums,
                    size_t targetsPerPlace) {
   double largest = 0;
   for (size_t target = 0; target < sums.size(); ++target) {
@@ -280,7 +280,7 @@ FlaggedPlace placeOf(const model::Model& model, uint32_t surfel, double figure) 
   return {surfel, model.cloud.p0[surfel].raw().cast<double>(), std::nullopt, figure};
 }
 
-std::vector<Check> modelChecks(const model::Model& model, shading::ShadeOptions options, const Bounds& bounds,
+std::vector<Check> modelChecks(const model::Model& model, weights::ShadeOptions options, const Bounds& bounds,
                                const Progress& progress) {
   options.usesAlpha = false; // weights of look-ups sum to 1 before they are multiplied by alpha
   std::vector<Check> checks;

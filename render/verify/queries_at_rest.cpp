@@ -21,9 +21,9 @@ Vec3<double> facing(const Vec3<double>& normal, std::mt19937& random) {
 
 } // namespace
 
-shading::QueryBatch randomQueries(const model::Model& model) {
+weights::QueryBatch randomQueries(const model::Model& model) {
   std::mt19937 random(39);
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   batch.lights = model.rig.lights.empty() ? 0 : 1;
   for (const size_t i : evenlySpaced(model.cloud.size(), kTriedSurfels)) {
     const Vec3<double> normal = rotationOf<double>(model.cloud.r0[i]).col(2);
@@ -58,7 +58,7 @@ MetQueries metQueries(const model::Model& model) {
     met.batch.towardsLight.push_back(capture::towardsLight(model.rig.lights[light], p0).cast<float>());
     met.batch.irradiance.push_back(capture::irradianceAt(model.rig.lights[light], p0));
     if (usesShadows)
-      met.batch.reached.push_back(ulr::VisibilityWeights::decode(model.lightVisibility->of(i)[light]));
+      met.batch.reached.push_back(weights::VisibilityWeights::decode(model.lightVisibility->of(i)[light]));
   }
   return met;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/model/model.h"
-#include "srf/shading/query.h"
+#include "srf/weights/query.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -14,12 +14,12 @@ inline constexpr size_t kTriedSurfels = 4000; // at most, evenly spread
 
 // Queries from random directions that face the surfels, under one random light, or none under fixed
 // illumination.
-shading::QueryBatch randomQueries(const model::Model& model);
+weights::QueryBatch randomQueries(const model::Model& model);
 
 // Queries from the camera that sees each surfel best, under one of its captured lights. Surfels that no
 // camera sees well are left out.
 struct MetQueries {
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   std::vector<uint32_t> view, column; // one per query: the camera, and the light as a column of its file
 };
 MetQueries metQueries(const model::Model& model);

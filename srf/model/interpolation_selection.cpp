@@ -22,7 +22,7 @@ constexpr double kSeenWell = 0.5;              // least visibility weight
 constexpr double kGainDb = 1;                  // least gain of kriging over separate weights
 
 struct Candidate {
-  ulr::InterpolationChoice choice;
+  weights::InterpolationChoice choice;
   bool foreshortened = false;
 };
 
@@ -37,13 +37,15 @@ std::vector<Candidate> candidatesFor(const Model& model, bool hasNormals) {
       for (const bool reciprocal : {false, true})
         for (const float half : {1.6f, 0.8f, 0.4f, 0.2f, 0.1f})
           if ((!reciprocal || foreshortened) && (!shadows || model.lightVisibility))
-            candidates.push_back({{ulr::Interpolation::kriging, half, reciprocal, shadows}, foreshortened});
+            candidates.push_back(
+                {{weights::Interpolation::kriging, half, reciprocal, shadows}, foreshortened});
   }
   return candidates;
 }
 
-ulr::VisibilityWeights rowsOf(const ulr::VisibilityWeights& weights, std::span<const uint32_t> surfels) {
-  ulr::VisibilityWeights rows{weights.views, {}};
+weights::VisibilityWeights rowsOf(const weights::VisibilityWeights& weights,
+                                  std::span<const uint32_t> surfels) {
+  weights::VisibilityWeights rows{weights.views, {}};
   for (const uint32_t surfel : surfels) {
     const auto row = weights.of(surfel);
     rows.values.insert(rows.values.end(), row.begin(), row.end());
@@ -51,16 +53,16 @@ ulr::VisibilityWeights rowsOf(const ulr::VisibilityWeights& weights, std::span<c
   return rows;
 }
 
-ulr::VisibilityWeights withoutColumn(const ulr::VisibilityWeights& weights, size_t column) {
-  ulr::VisibilityWeights rest{weights.views - 1, {}};
+weights::VisibilityWeights withoutColumn(const weights::VisibilityWeights& weights, size_t column) {
+  weights::VisibilityWeights rest{weights.views - 1, {}};
   for (size_t i = 0; i < weights.values.size(); ++i)
     if (i % weights.views != column) rest.values.push_back(weights.values[i]);
   return rest;
 }
 
 // A model with the choices of another, its surfels, and no files.
-Model withSurfels(const Model& model, SurfelCloud cloud, ulr::VisibilityWeights visibility,
-                  std::optional<ulr::VisibilityWeights> lightVisibility) {
+Model withSurfels(const Model& model, SurfelCloud cloud, weights::VisibilityWeights visibility,
+                  std::optional<weights::VisibilityWeights> lightVisibility) {
   Model field;
   field.rig = model.rig;
   field.cloud = std::move(cloud);
@@ -131,13 +133,13 @@ Model without(const Model& sample, const Fold& left) {
 }
 
 // Queries for the photograph of a view and a light, by the surfels that the view sees.
-shading::QueryBatch queriesFor(const Model& sample, size_t view, size_t light) {
-  shading::QueryBatch batch;
+weights::QueryBatch queriesFor(const Model& sample, size_t view, size_t light) {
+  weights::QueryBatch batch;
   batch.lights = 1;
   const capture::Viewpoint viewpoint(sample.rig.views[view].camera);
   const capture::Light& source = sample.rig.lights[light];
   for (uint32_t surfel = 0; surfel < sample.cloud.size(); ++surfel) {
-    if (ulr::VisibilityWeights::decode(sample.visibility.of(surfel)[view]) < kSeenWell) continue;
+    if (weights::VisibilityWeights::decode(sample.visibility.of(surfel)[view]) < kSeenWell) continue;
     const auto p0 = sample.cloud.p0[surfel].cast<double>();
     const auto towardsLight = capture::towardsLight(source, p0);
     batch.surfels.push_back(surfel);
@@ -146,13 +148,13 @@ shading::QueryBatch queriesFor(const Model& sample, size_t view, size_t light) {
     batch.irradiance.push_back(capture::irradianceAt(source, p0));
     if (sample.lightVisibility)
       batch.reached.push_back(
-          ulr::VisibilityWeights::decode(sample.lightVisibility->of(surfel)[light]) < 0.5f ? 0.f : 1.f);
+          weights::VisibilityWeights::decode(sample.lightVisibility->of(surfel)[light]) < 0.5f ? 0.f : 1.f);
   }
   return batch;
 }
 
 // Look-ups of the photograph itself.
-shading::ShadingPlan truthOf(const Model& sample, const shading::QueryBatch& batch, size_t view,
+shading::ShadingPlan truthOf(const Model& sample, const weights::QueryBatch& batch, size_t view,
                              size_t column) {
   shading::ShadingPlan plan;
   plan.places = batch.size();
@@ -222,7 +224,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
   for (size_t fold = 0; fold < folds.size(); ++fold) {
     progress("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds.size()));
     const Fold& left = folds[fold];
-    shading::QueryBatch batch = queriesFor(sample, left.view, left.light);
+    weights::QueryBatch batch = queriesFor(sample, left.view, left.light);
     if (batch.size() == 0) continue;
     Model rest = without(sample, left);
     const auto truth = shading::shade(truthOf(sample, batch, left.view, left.column), cache, stats);
@@ -250,7 +252,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
     return each[0].values == 0 || each[best].db() >= each[0].db() + kGainDb;
   };
   if (!gains(errors) || !gains(ofKeptViews)) {
-    selection.choice.kind = ulr::Interpolation::separate;
+    selection.choice.kind = weights::Interpolation::separate;
     selection.leftOut->chosenDb = db[0];
   }
   return selection;

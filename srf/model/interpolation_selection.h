@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/model/model.h"
-#include "srf/ulr/interpolation.h"
+#include "srf/weights/interpolation.h"
 #include "surfel/base/progress.h"
 
 #include <optional>
@@ -11,7 +11,7 @@
 namespace surflect::model {
 
 struct InterpolationSelection {
-  ulr::InterpolationChoice choice;
+  weights::InterpolationChoice choice;
   bool foreshortened = false; // whether blends of pairs are foreshortened
   // Error of the predicted photographs, as the mean of the PSNR in linear light and after the sRGB curve:
   // with the choice, and with separate weights. Empty if there are too few cameras or lights.

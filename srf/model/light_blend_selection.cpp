@@ -2,7 +2,7 @@
 
 #include "srf/image/color.h"
 #include "srf/proxy/relief/photometric.h"
-#include "srf/ulr/foreshortening.h"
+#include "srf/weights/irradiance_ratio.h"
 
 #include <tbb/parallel_for.h>
 
@@ -24,21 +24,22 @@ constexpr double kForeshortenedSpacing = std::numbers::pi / 3;
 // Fits that may be foreshortened. Photometric normals are as rough as a relief integrated from them: they
 // would put a mean off by tens of percent, but a plane, which needs only a small correction, by a few
 // percent.
-std::vector<ulr::LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
+std::vector<weights::LightFit> foreshortenedFits(NormalsFrom normals, double spacing) {
   if (normals == NormalsFrom::nothing || spacing > kForeshortenedSpacing) return {};
-  if (normals == NormalsFrom::photographs) return {ulr::LightFit::plane};
-  return {ulr::LightFit::mean, ulr::LightFit::plane};
+  if (normals == NormalsFrom::photographs) return {weights::LightFit::plane};
+  return {weights::LightFit::mean, weights::LightFit::plane};
 }
 
 // Candidate blends, simplest first, that still work with one of `lights` left out: a blend of k also needs
 // the light after its k-th. A plane of three lights is excluded, as it turns too steeply when a fourth light
 // is as near.
-std::vector<ulr::LightBlend> candidatesFor(size_t lights, std::span<const ulr::LightFit> foreshortened) {
-  std::vector<ulr::LightBlend> candidates;
+std::vector<weights::LightBlend> candidatesFor(size_t lights,
+                                               std::span<const weights::LightFit> foreshortened) {
+  std::vector<weights::LightBlend> candidates;
   for (const size_t blended : {3, 4, 5, 6, 8}) {
     if (blended + 2 > lights) break;
-    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane}) {
-      if (fit == ulr::LightFit::plane && blended == 3) continue;
+    for (const weights::LightFit fit : {weights::LightFit::mean, weights::LightFit::plane}) {
+      if (fit == weights::LightFit::plane && blended == 3) continue;
       candidates.push_back({blended, fit, false});
       if (std::ranges::find(foreshortened, fit) != foreshortened.end())
         candidates.push_back({blended, fit, true});
@@ -95,7 +96,7 @@ std::vector<Normal3<AcquisitionSpace>> ReflectanceSamples::normalsWithout(size_t
 
 // Sum of squared errors of each candidate, for the photographs of `light` predicted from the other lights.
 std::vector<double> ReflectanceSamples::leftOutErrors(size_t light,
-                                                      std::span<const ulr::LightBlend> candidates,
+                                                      std::span<const weights::LightBlend> candidates,
                                                       std::span<const Normal3<AcquisitionSpace>> normals,
                                                       float white, const Progress& progress) const {
   std::vector<size_t> indices;
@@ -107,11 +108,11 @@ std::vector<double> ReflectanceSamples::leftOutErrors(size_t light,
     others.push_back(towards_[other]);
     covering.push_back(towards_[other].cast<double>());
   }
-  const ulr::LightExtrapolationFade coverage(covering);
-  std::vector<ulr::BlendSet> blends;
-  for (const ulr::LightBlend& candidate : candidates)
-    blends.push_back(
-        ulr::blendOfLights(others, towards_[light], candidate, coverage, ulr::LightExtrapolation::clamp));
+  const weights::LightExtrapolationFade coverage(covering);
+  std::vector<weights::BlendSet> blends;
+  for (const weights::LightBlend& candidate : candidates)
+    blends.push_back(weights::blendOfLights(others, towards_[light], candidate, coverage,
+                                            weights::LightExtrapolation::clamp));
 
   // Foreshortening factor of a texel's blend, candidate by candidate.
   std::set<uint32_t> blended; // only a few, however many lights exist
@@ -122,11 +123,11 @@ std::vector<double> ReflectanceSamples::leftOutErrors(size_t light,
   for (size_t texel = 0; texel < normals.size(); ++texel) {
     progress.checkNowAndThen(texel);
     for (const uint32_t other : blended)
-      cosines[other] = ulr::foreshortenedCosine(normals[texel], others[other]);
-    const float asked = ulr::foreshortenedCosine(normals[texel], towards_[light]);
+      cosines[other] = weights::foreshortenedCosine(normals[texel], others[other]);
+    const float asked = weights::foreshortenedCosine(normals[texel], towards_[light]);
     for (size_t c = 0; c < candidates.size(); ++c)
       factors.push_back(candidates[c].foreshortened
-                            ? ulr::foreshortening(asked, ulr::blendedCosine(blends[c], cosines))
+                            ? weights::foreshortening(asked, weights::blendedCosine(blends[c], cosines))
                             : 1);
   }
 
@@ -159,7 +160,7 @@ LightBlendSelection ReflectanceSamples::choose(double white, NormalsFrom normals
   const size_t lights = towards_.size();
   std::vector<Direction3<AcquisitionSpace, double>> covering;
   for (const auto& towards : towards_) covering.push_back(towards.cast<double>());
-  const auto fits = foreshortenedFits(normals, ulr::LightExtrapolationFade(covering).spacing());
+  const auto fits = foreshortenedFits(normals, weights::LightExtrapolationFade(covering).spacing());
   const auto candidates = candidatesFor(lights, fits);
   if (candidates.empty() || reflectance_[0].r.empty()) return {};
   std::vector<std::vector<double>> ofLight(lights);

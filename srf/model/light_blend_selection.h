@@ -2,7 +2,7 @@
 // predicted from those of the others. No assumption about the material is needed.
 #pragma once
 
-#include "srf/ulr/light_blend.h"
+#include "srf/weights/light_blend.h"
 #include "surfel/base/progress.h"
 #include "surfel/math/rgb.h"
 
@@ -13,7 +13,7 @@
 namespace surflect::model {
 
 struct LightBlendSelection {
-  ulr::LightBlend blend;
+  weights::LightBlend blend;
   // PSNR of the predicted photographs after the sRGB curve; empty if there are too few lights.
   std::optional<double> leftOutDb;
 };
@@ -43,7 +43,7 @@ public:
 
 private:
   std::vector<Normal3<AcquisitionSpace>> normalsWithout(size_t light, const Progress& progress) const;
-  std::vector<double> leftOutErrors(size_t light, std::span<const ulr::LightBlend> candidates,
+  std::vector<double> leftOutErrors(size_t light, std::span<const weights::LightBlend> candidates,
                                     std::span<const Normal3<AcquisitionSpace>> normals, float white,
                                     const Progress& progress) const;
 

@@ -25,10 +25,10 @@ Json jsonOf(const Manifest& manifest) {
                {"tolerance", manifest.tolerance},
                {"light_blend",
                 {{"lights", manifest.lightBlend.lights},
-                 {"fit", ulr::nameOf(manifest.lightBlend.fit)},
+                 {"fit", weights::nameOf(manifest.lightBlend.fit)},
                  {"foreshortened", manifest.lightBlend.foreshortened}}},
                {"interpolation",
-                {{"kind", ulr::nameOf(manifest.interpolation.kind)},
+                {{"kind", weights::nameOf(manifest.interpolation.kind)},
                  {"half_scale", std::round(manifest.interpolation.halfScale * 1e4) / 1e4},
                  {"reciprocal", manifest.interpolation.reciprocal},
                  {"shadows", manifest.interpolation.shadows}}},
@@ -73,34 +73,34 @@ template <class Choice> auto nameOneOf(std::initializer_list<Choice> choices) {
   return [choices](const Json& value) {
     std::string expected;
     for (const Choice choice : choices) {
-      if (capture::isText(value, ulr::nameOf(choice))) return choice;
-      expected += (expected.empty() ? "\"" : " or \"") + std::string(ulr::nameOf(choice)) + '"';
+      if (capture::isText(value, weights::nameOf(choice))) return choice;
+      expected += (expected.empty() ? "\"" : " or \"") + std::string(weights::nameOf(choice)) + '"';
     }
     throw Error::mismatch(expected, shown(value));
   };
 }
 
-ulr::LightBlend lightBlendOf(const Json& blend) {
+weights::LightBlend lightBlendOf(const Json& blend) {
   const auto lightsOf = [](const Json& value) {
     const size_t lights = countOf(value);
-    if (lights < 1 || lights > ulr::kMaxBlended)
-      throw Error::mismatch("a count from 1 to " + std::to_string(ulr::kMaxBlended), shown(value));
+    if (lights < 1 || lights > weights::kMaxBlended)
+      throw Error::mismatch("a count from 1 to " + std::to_string(weights::kMaxBlended), shown(value));
     return lights;
   };
   return {required(blend, "lights", lightsOf),
-          required(blend, "fit", nameOneOf({ulr::LightFit::mean, ulr::LightFit::plane})),
+          required(blend, "fit", nameOneOf({weights::LightFit::mean, weights::LightFit::plane})),
           required(blend, "foreshortened", flagOf)};
 }
 
-ulr::InterpolationChoice interpolationOf(const Json& stated) {
+weights::InterpolationChoice interpolationOf(const Json& stated) {
   const auto halfScaleOf = [](const Json& value) {
     const double half = numberOf(value);
     if (!(half >= 0.01 && half <= 100)) throw Error::mismatch("a number from 0.01 to 100", shown(value));
     return static_cast<float>(half);
   };
-  ulr::InterpolationChoice choice;
+  weights::InterpolationChoice choice;
   choice.kind =
-      required(stated, "kind", nameOneOf({ulr::Interpolation::separate, ulr::Interpolation::kriging}));
+      required(stated, "kind", nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging}));
   choice.halfScale = required(stated, "half_scale", halfScaleOf);
   choice.reciprocal = required(stated, "reciprocal", flagOf);
   choice.shadows = required(stated, "shadows", flagOf);
@@ -119,7 +119,7 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.tolerance = required(json, "tolerance", numberOf);
     manifest.lightBlend = required(json, "light_blend", lightBlendOf);
     manifest.interpolation =
-        capture::optional(json, "interpolation", interpolationOf).value_or(ulr::InterpolationChoice{});
+        capture::optional(json, "interpolation", interpolationOf).value_or(weights::InterpolationChoice{});
     manifest.surfels = required(json, "surfels", countOf);
     manifest.views = required(json, "views", countOf);
     manifest.lights = required(json, "lights", countOf);

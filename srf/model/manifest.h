@@ -2,8 +2,8 @@
 // is a checksum of the manifest itself. Specified in docs/format.md.
 #pragma once
 
-#include "srf/ulr/interpolation.h"
-#include "srf/ulr/light_blend.h"
+#include "srf/weights/interpolation.h"
+#include "srf/weights/light_blend.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -29,8 +29,8 @@ std::string formatOf(const std::filesystem::path& folder);
 struct Manifest {
   double white = 1;     // radiance of a white pixel; positive
   double tolerance = 0; // error tolerance of every block; see blockErrorBound
-  ulr::LightBlend lightBlend;
-  ulr::InterpolationChoice interpolation; // the default where a file states none
+  weights::LightBlend lightBlend;
+  weights::InterpolationChoice interpolation; // the default where a file states none
   size_t surfels = 0, views = 0, lights = 0;
   std::string rig, cloud, visibility;    // checksums of transforms.json, surfels.ply and fades.bin
   std::string levels = {}, shadows = {}; // checksums of levels.bin and shadows.bin; empty without such a file

@@ -6,8 +6,8 @@
 #include "srf/model/manifest.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/visibility_file.h"
-#include "srf/shading/near_pairs.h"
-#include "srf/ulr/light_visibility.h"
+#include "srf/weights/nearest_pairs.h"
+#include "srf/weights/shadow_state.h"
 #include "surfel/base/error.h"
 #include "surfel/base/error_context.h"
 #include "surfel/base/file.h"
@@ -313,7 +313,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
     });
   }
   checks.conclude();
-  model.hasNearPairs = shading::hasNearPairs(model);
+  model.hasNearPairs = weights::hasNearPairs(model);
   return model;
 }
 
@@ -326,8 +326,8 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   model.levels = levelsOfDetail(model.cloud, progress);
   model.visibility = std::move(content.visibility);
   if (!model.rig.lights.empty())
-    model.lightVisibility = ulr::lightVisibility(model.cloud, occludersOf(model.cloud, *model.levels),
-                                                 model.rig.lights, progress);
+    model.lightVisibility = weights::shadowStates(model.cloud, occludersOf(model.cloud, *model.levels),
+                                                     model.rig.lights, progress);
   for (size_t view = 0; view < model.rig.views.size(); ++view)
     model.files.emplace_back(folder / viewFilePath(view));
   for (size_t view = 0; content.hasAlpha && view < model.rig.views.size(); ++view) {
@@ -337,7 +337,7 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   }
   model.columns = columnsOf(model.rig);
   model.isFullProduct = isFullProduct(model.columns, model.rig.lights.size());
-  model.hasNearPairs = shading::hasNearPairs(model);
+  model.hasNearPairs = weights::hasNearPairs(model);
   model.white = content.white;
   model.tolerance = content.tolerance;
   model.lightBlend = content.lightBlend;

@@ -6,14 +6,14 @@
 // the columns of its file. Specified in docs/format.md.
 #pragma once
 
-#include "srf/shading/reflectance_field.h"
+#include "srf/weights/reflectance_field.h"
 #include "surfel/base/progress.h"
 
 #include <filesystem>
 
 namespace surflect::model {
 
-using Model = shading::ReflectanceField;
+using Model = weights::ReflectanceField;
 
 // Opens a packed model. Throws Error naming file and field, and Cancelled.
 Model openModel(const std::filesystem::path& folder, const Progress& progress = {});
@@ -22,9 +22,9 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress = 
 struct ModelContent {
   capture::Capture rig;
   SurfelCloud cloud;
-  ulr::VisibilityWeights visibility;
+  weights::VisibilityWeights visibility;
   double white, tolerance;
-  ulr::LightBlend lightBlend;
+  weights::LightBlend lightBlend;
   bool hasAlpha = false; // whether the folder has an alpha file for each view
 };
 

@@ -7,7 +7,7 @@
 #include "srf/model/pack_folder.h"
 #include "srf/model/pack_prepass.h"
 #include "srf/proxy/mesh/enclosed.h"
-#include "srf/ulr/opacity_hull_weights.h"
+#include "srf/weights/visibility_weights.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
@@ -141,9 +141,10 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const Stopwatch fadeWatch;
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
-  ulr::VisibilityWeights visibility = report.isTranslucent && options.impostor.hull
-                                          ? ulr::opacityHullWeights(cloud, cameras, progress)
-                                          : ulr::visibilityWeights(cloud, cameras, impostor, progress);
+  weights::VisibilityWeights visibility =
+      report.isTranslucent && options.impostor.hull
+          ? weights::opacityHullWeights(cloud, cameras, progress)
+          : weights::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
 
   std::vector<size_t> missing;

@@ -1,7 +1,7 @@
 #include "srf/model/pack_estimate.h"
 
 #include "srf/capture/silhouette.h"
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/visibility_weights.h"
 #include "surfel/base/evenly_spaced.h"
 #include "surfel/base/memory_use.h"
 #include "surfel/base/stopwatch.h"
@@ -66,7 +66,7 @@ SurfelEstimate estimateSurfels(const capture::Capture& capture, const TriangleMe
   const SurfelCloud probe = sampleSurfels(part, isFine ? spacing : spacing / std::sqrt(share), 1, progress);
   const double samplingSeconds = sampling.seconds();
   const Stopwatch fading;
-  ulr::visibilityWeights(probe, cameras, impostor, progress);
+  weights::visibilityWeights(probe, cameras, impostor, progress);
   return {count, times * samplingSeconds, times * fading.seconds()};
 }
 

@@ -116,12 +116,12 @@ std::optional<PackPrepass> parsePackPrepass(const std::string& text) {
   std::istringstream words(text);
   words.imbue(std::locale::classic());
   PackPrepass survey;
-  ulr::LightBlend& blend = survey.lights.blend;
+  weights::LightBlend& blend = survey.lights.blend;
   std::string fit, shortening, leftOutDb, opacity;
   std::string kind;
   if (!(words >> kind >> survey.white >> blend.lights >> fit >> shortening >> leftOutDb >> opacity))
     return std::nullopt;
-  if (fit == nameOf(ulr::LightFit::plane)) blend.fit = ulr::LightFit::plane;
+  if (fit == nameOf(weights::LightFit::plane)) blend.fit = weights::LightFit::plane;
   blend.foreshortened = shortening == "foreshortened";
   survey.isTranslucent = opacity == "translucent";
   if (leftOutDb != "unknown") {

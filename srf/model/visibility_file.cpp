@@ -147,7 +147,8 @@ struct WaitedFor : tbb::task_group {
 } // namespace
 
 // Stored view by view, the few distinct values of fades form long runs, which deflate compresses well.
-std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility, const Progress& progress) {
+std::vector<std::byte> packVisibility(const weights::VisibilityWeights& visibility,
+                                      const Progress& progress) {
   const size_t surfels = visibility.views ? visibility.values.size() / visibility.views : 0;
   std::vector<std::byte> packed;
   Deflate stream;
@@ -178,8 +179,8 @@ std::vector<std::byte> packVisibility(const ulr::VisibilityWeights& visibility, 
 }
 
 // Columns are inflated while those before them are written into rows.
-ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
-                                        const Progress& progress) {
+weights::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_t surfels, size_t views,
+                                            const Progress& progress) {
   const auto mismatch = [&] {
     return Error::mismatch("deflated fades of " + std::to_string(surfels) + " surfels x " +
                                std::to_string(views) + " views",
@@ -189,7 +190,7 @@ ulr::VisibilityWeights unpackVisibility(std::span<const std::byte> packed, size_
   const size_t most = kDensest * packed.size();
   if (views > 0 && surfels > most / views) throw mismatch();
 
-  ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
+  weights::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
   Inflate stream(packed, progress);
   const size_t fitting = std::clamp(kTurned / std::max(surfels, size_t{1}), size_t{1}, kMostViews);
   std::array<UninitializedVector<uint8_t>, 2> memory;

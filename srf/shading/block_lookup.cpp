@@ -37,11 +37,11 @@ struct Chunk {
   size_t first; // term
 };
 
-// A row of LightRows.
+// A row of weights::LightRows.
 struct Row {
-  const BlendedLight* lights;
+  const weights::BlendedLight* lights;
   size_t count;
-  const LightWeight* weights;
+  const weights::LightWeight* weights;
 };
 
 // Sums of a chunk over lights, one number for each term, by channel.
@@ -61,11 +61,11 @@ HWY_INLINE void addLights(const Row& row, const Chunk* chunks, Channels* sums) {
     strides[i] = chunks[i].job->stride;
     sums[i] = {hn::Zero(kTag), hn::Zero(kTag), hn::Zero(kTag)};
   }
-  for (const BlendedLight* light = row.lights; light != row.lights + row.count; ++light) {
+  for (const weights::BlendedLight* light = row.lights; light != row.lights + row.count; ++light) {
     Vector blended[count];
 #pragma GCC unroll 8
     for (Vector& b : blended) b = hn::Zero(kTag);
-    for (const LightWeight* of = row.weights + light->begin; of != row.weights + light->end; ++of) {
+    for (const weights::LightWeight* of = row.weights + light->begin; of != row.weights + light->end; ++of) {
       const Vector weight = number(of->weight);
       const size_t place = of->light * strides[0];
 #pragma GCC unroll 8
@@ -162,7 +162,7 @@ HWY_INLINE void lookUpInFewBlocks(const Row& row, const BlockLookup* jobs, size_
   }
 }
 
-void lookUp(const BlendedLight* lights, size_t lightCount, const LightWeight* weights,
+void lookUp(const weights::BlendedLight* lights, size_t lightCount, const weights::LightWeight* weights,
             const BlockLookup* jobs, size_t count) {
   constexpr size_t kFewBlocks = 16; // of a single surfel and all its views
   const Row row{lights, lightCount, weights};
@@ -188,8 +188,8 @@ HWY_AFTER_NAMESPACE();
 namespace surflect::shading {
 
 HWY_EXPORT(lookUp);
-void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
-            size_t count) {
+void lookUp(const weights::BlendedLight* row, size_t lights, const weights::LightWeight* weights,
+            const BlockLookup* jobs, size_t count) {
   HWY_DYNAMIC_DISPATCH(lookUp)(row, lights, weights, jobs, count);
 }
 

@@ -1,24 +1,12 @@
 // Look-ups of light-blended radiance in PCA blocks, vectorised.
 #pragma once
 
-#include "surfel/math/rgb.h"
+#include "srf/weights/light_rows.h"
 
 #include <cstddef>
 #include <cstdint>
 
 namespace surflect::shading {
-
-// Weight of a captured light, given by its column.
-struct LightWeight {
-  uint32_t light;
-  float weight;
-};
-
-// Colour of a light, and the captured lights blended for it: a range of weights.
-struct BlendedLight {
-  Rgb color;
-  uint32_t begin = 0, end = 0;
-};
 
 // Bilinear taps that fall into one block: upper left, upper right, lower left and lower right texel. Unused
 // taps have weight 0.
@@ -44,7 +32,7 @@ struct BlockLookup {
 // of jobs, those in one block also share the sums over lights. The result of a job does not depend on other
 // jobs; jobs that add to the same numbers do so in order. All instruction sets give the same bits, except
 // scalar code, which rounds each product.
-void lookUp(const BlendedLight* row, size_t lights, const LightWeight* weights, const BlockLookup* jobs,
-            size_t count);
+void lookUp(const weights::BlendedLight* row, size_t lights, const weights::LightWeight* weights,
+            const BlockLookup* jobs, size_t count);
 
 } // namespace surflect::shading

@@ -120,7 +120,7 @@ private:
 
   // Prefetches the coefficients of the row's lights; neighbouring operations use nearly the same lights.
   [[gnu::always_inline]] void fetchLights(const codec::BlockTerms& terms, const ShadingOp& op) const {
-    for (const LightWeight& of : part_.part.rows->weightsOf(op.rowBegin, op.rowEnd))
+    for (const weights::LightWeight& of : part_.part.rows->weightsOf(op.rowBegin, op.rowEnd))
       __builtin_prefetch(terms.light(of.light));
   }
 
@@ -165,7 +165,7 @@ private:
   RecentKeys noted_;      // blocks already in `needed`
 };
 
-void run(const JobBatch& batch, const LightRows& rows) {
+void run(const JobBatch& batch, const weights::LightRows& rows) {
   uint32_t job = 0;
   for (const auto& [rowBegin, rowEnd, jobsEnd] : std::span(batch.groups).first(batch.groupCount)) {
     lookUp(rows.lights.data() + rowBegin, rowEnd - rowBegin, rows.weights.data(), batch.jobs.data() + job,

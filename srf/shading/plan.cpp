@@ -1,8 +1,8 @@
 #include "srf/shading/plan.h"
 
-#include "srf/shading/blend_colors.h"
-#include "srf/shading/camera_weights.h"
-#include "srf/shading/pair_weights.h"
+#include "srf/weights/camera_weights.h"
+#include "srf/weights/light_weights.h"
+#include "srf/weights/pair_weights.h"
 #include "surfel/base/error.h"
 #include "surfel/base/message_text.h"
 
@@ -23,7 +23,7 @@ constexpr size_t kTargetsPerPlan = 512;
 class Emitter {
 public:
   // The field must outlive the emitter.
-  explicit Emitter(const ReflectanceField& field) : alpha_(field.alpha) {
+  explicit Emitter(const weights::ReflectanceField& field) : alpha_(field.alpha) {
     for (const capture::View& view : field.rig.views) projectors_.emplace_back(view.camera);
   }
 
@@ -50,46 +50,34 @@ private:
   std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
 };
 
-// Sets the alpha of each place to the mean over its targets, of which those without a look-up do not count.
-void meanAlpha(ShadingPlan& plan) {
-  plan.alpha.assign(plan.alphaSums.size() / plan.targetsPerPlace, 0);
-  for (size_t place = 0; place < plan.alpha.size(); ++place) {
-    float sum = 0, count = 0;
-    for (size_t target = 0; target < plan.targetsPerPlace; ++target)
-      if (const auto& [alpha, weight] = plan.alphaSums[place * plan.targetsPerPlace + target]; weight > 0) {
-        sum += alpha / weight;
-        ++count;
-      }
-    if (count > 0) plan.alpha[place] = std::clamp(sum / count, 0.f, 1.f);
-  }
-}
-
 // Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
   // For all lights, a query has one target; for environments alone, it is the first after those of the
   // lights.
-  ProductPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
-                 const QueryBatch& batch, const ShadeOptions& options, LightSources sources)
-      : field_(field), batch_(batch), isWhole_(sources == LightSources::all),
+  ProductPlanner(const weights::ReflectanceField& field, const weights::LightExtrapolationFade& coverage,
+                 const weights::QueryBatch& batch, const weights::ShadeOptions& options,
+                 weights::LightSources sources)
+      : field_(field), batch_(batch), isWhole_(sources == weights::LightSources::all),
         share_(isWhole_
                    ? 1
                    : static_cast<float>(batch.environments.size()) / static_cast<float>(batch.sources())),
         cameras_(field, batch, options), lights_(field, coverage, batch, options, sources), emitter_(field),
-        viewColor_(blendColors(field.rig.views.size())) {}
+        viewColor_(weights::blendColors(field.rig.views.size())) {}
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
     const size_t firstPlace = batch_.placeBegin(begin);
-    for (size_t first = begin; first < end; first += ulr::kQueryLanes) {
-      const size_t count = std::min(ulr::kQueryLanes, end - first);
+    for (size_t first = begin; first < end; first += weights::kQueryLanes) {
+      const size_t count = std::min(weights::kQueryLanes, end - first);
       if (isLit) lights_.prepare(first, count, plan.rows);
       cameras_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) {
         const size_t placeBegin = batch_.placeBegin(first + lane),
                      placeEnd = batch_.placeBegin(first + lane + 1);
-        const LightWeights::Row row = isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
-        const BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
+        const weights::LightWeights::Row row =
+            isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
+        const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
             emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
@@ -101,7 +89,7 @@ public:
         for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
           if (isLit && showsBlends) plan.lightBlend[i] = plan.lightBlend[i] + lights_.blendColor();
           if (!isWhole_) continue; // known from the lights
-          plan.confidence[i] = ulr::confidenceOf(best.penalty);
+          plan.confidence[i] = weights::confidenceOf(best.penalty);
           if (!best.isSeen) ++plan.unseen;
         }
       }
@@ -110,17 +98,17 @@ public:
 
 private:
   // Row of a capture under fixed illumination: its only column, unchanged.
-  static LightWeights::Row fixedLight(LightRows& rows) {
+  static weights::LightWeights::Row fixedLight(weights::LightRows& rows) {
     rows.add(0, {1, 1, 1});
     return {rows.lights.size() - 1, rows.lights.size()};
   }
 
-  const ReflectanceField& field_;
-  const QueryBatch& batch_;
+  const weights::ReflectanceField& field_;
+  const weights::QueryBatch& batch_;
   const bool isWhole_;
   const float share_; // of the query's lights
-  CameraWeights cameras_;
-  LightWeights lights_;
+  weights::CameraWeights cameras_;
+  weights::LightWeights lights_;
   Emitter emitter_;
   std::vector<Rgb> viewColor_;
 };
@@ -128,19 +116,20 @@ private:
 // Plans (camera, light) pairs: one operation for each light or environment and view.
 class PairPlanner {
 public:
-  PairPlanner(const ReflectanceField& field, const ulr::LightExtrapolationFade& coverage,
-              const QueryBatch& batch, const ShadeOptions& options)
+  PairPlanner(const weights::ReflectanceField& field, const weights::LightExtrapolationFade& coverage,
+              const weights::QueryBatch& batch, const weights::ShadeOptions& options)
       : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field),
-        viewColor_(blendColors(field.rig.views.size())), lightColor_(blendColors(field.rig.lights.size())),
-        environmentBrightness_(environmentBrightness(batch)) {
+        viewColor_(weights::blendColors(field.rig.views.size())),
+        lightColor_(weights::blendColors(field.rig.lights.size())),
+        environmentBrightness_(weights::environmentBrightness(batch)) {
     if (field.isFullProduct && !batch.environments.empty())
-      environments_.emplace(field, coverage, batch, options, LightSources::environments);
+      environments_.emplace(field, coverage, batch, options, weights::LightSources::environments);
   }
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     firstPlace_ = batch_.placeBegin(begin);
-    for (size_t first = begin; first < end; first += ulr::kQueryLanes) {
-      const size_t count = std::min(ulr::kQueryLanes, end - first);
+    for (size_t first = begin; first < end; first += weights::kQueryLanes) {
+      const size_t count = std::min(weights::kQueryLanes, end - first);
       pairs_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) planQuery(first + lane, pairs_.select(lane), plan);
     }
@@ -148,14 +137,14 @@ public:
   }
 
 private:
-  void planQuery(size_t query, const BestView& best, ShadingPlan& plan) {
+  void planQuery(size_t query, const weights::BestView& best, ShadingPlan& plan) {
     cameraColor_ = lightBlendColor_ = {};
     for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
     if (!environments_)
       for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
     for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
          ++i) {
-      plan.confidence[i] = ulr::confidenceOf(best.penalty);
+      plan.confidence[i] = weights::confidenceOf(best.penalty);
       if (!best.isSeen) ++plan.unseen;
       if (plan.cameraBlend.empty()) continue;
       plan.cameraBlend[i] = cameraColor_;
@@ -175,19 +164,19 @@ private:
   // The pairs of one view become one operation.
   void planLight(size_t query, size_t l, ShadingPlan& plan) {
     const auto [weights, scale, lacksState] = pairs_.blend(l);
+    const weights::CapturedPairs& pairs = pairs_.pairs();
     if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
     const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto sources = static_cast<float>(batch_.sources());
     for (auto first = weights.begin(); first != weights.end();) {
-      const uint32_t view = pairs_.pair(first->index).view;
-      const auto last = std::find_if(first, weights.end(), [&](const ulr::Blended& pair) {
-        return pairs_.pair(pair.index).view != view;
-      });
+      const uint32_t view = pairs[first->index].view;
+      const auto last = std::find_if(
+          first, weights.end(), [&](const weights::Blended& pair) { return pairs[pair.index].view != view; });
       float ofView = 0;
       for (auto pair = first; pair != last; ++pair) ofView += pair->weight;
       const size_t rowBegin = plan.rows.lights.size();
       for (auto pair = first; pair != last; ++pair) {
-        const auto [_, column, light] = pairs_.pair(pair->index);
+        const auto [_, column, light] = pairs[pair->index];
         plan.rows.add(column, scale * pair->weight / ofView * pairs_.ratio(irradiance, light));
         lightBlendColor_ = lightBlendColor_ + scale * pair->weight / sources * lightColor_[light];
       }
@@ -200,9 +189,9 @@ private:
   // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
   // one operation.
   void planEnvironment(size_t query, size_t e, ShadingPlan& plan) {
-    const QueryEnvironment& environment = batch_.environments[e];
+    const weights::QueryEnvironment& environment = batch_.environments[e];
     const auto& rotation = batch_.rotationOf(query, e);
-    pairShare_.assign(pairs_.size(), Rgb{});
+    pairShare_.assign(pairs_.pairs().size(), Rgb{});
     for (const auto& [towards, irradiance, spread] : environment.lights) {
       const auto [weights, scale, _] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
@@ -212,28 +201,29 @@ private:
     const auto colorShare = [&](float ofLight) { return ofLight / (environmentBrightness_[e] * sources); };
     for (uint32_t view = 0; view < field_.columns.size(); ++view) {
       const auto& lights = field_.columns[view];
-      const std::span shares = std::span(pairShare_).subspan(pairs_.firstPairOf(view), lights.size());
+      const std::span shares = std::span(pairShare_).subspan(pairs_.pairs().firstOf(view), lights.size());
       float brightnessOfView = 0;
-      for (const Rgb& share : shares) brightnessOfView += brightness(share);
+      for (const Rgb& share : shares) brightnessOfView += weights::brightness(share);
       if (!(brightnessOfView > 0)) continue;
       const float weight = brightnessOfView / environmentBrightness_[e];
       const size_t rowBegin = plan.rows.lights.size();
       for (uint32_t column = 0; column < lights.size(); ++column) {
         const Rgb share = shares[column];
         if (share == Rgb{}) continue;
-        plan.rows.add(column,
-                      1 / weight *
-                          irradianceRatio(environment.strength * share, pairs_.irradiance(lights[column])));
-        lightBlendColor_ = lightBlendColor_ + colorShare(brightness(share)) * lightColor_[lights[column]];
+        plan.rows.add(column, 1 / weight *
+                                  weights::irradianceRatio(environment.strength * share,
+                                                           pairs_.irradiance(lights[column])));
+        lightBlendColor_ =
+            lightBlendColor_ + colorShare(weights::brightness(share)) * lightColor_[lights[column]];
       }
       emitAll(query, batch_.lights + e, view, weight, rowBegin, plan.rows.lights.size(), plan);
       cameraColor_ = cameraColor_ + colorShare(brightnessOfView) * viewColor_[view];
     }
   }
 
-  const ReflectanceField& field_;
-  const QueryBatch& batch_;
-  PairWeights pairs_;
+  const weights::ReflectanceField& field_;
+  const weights::QueryBatch& batch_;
+  weights::PairWeights pairs_;
   std::optional<ProductPlanner> environments_; // if every camera has every light
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
@@ -245,7 +235,8 @@ private:
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;
 
-void requireLights(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options) {
+void requireLights(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                   const weights::ShadeOptions& options) {
   const bool isFixed = field.rig.lights.empty();
   if (isFixed && batch.sources() > 0)
     throw Error("captured under fixed illumination: it cannot be lit by a light of the script")
@@ -255,34 +246,46 @@ void requireLights(const ReflectanceField& field, const QueryBatch& batch, const
                 ": the script, or the photographs to compare with, must name a light")
         .in(field.folder);
   if (options.foreshortened.value_or(false) &&
-      (isFixed || (!field.isFullProduct && !weighsPairs(field, options))))
-    throw Error::mismatch(
-        "photographs under all lights from all cameras, or --interpolation pairs or kriging",
-        isFixed ? "fixed illumination" : "pairs of cameras and lights")
+      (isFixed || (!field.isFullProduct && !usesKriging(field, options))))
+    throw Error::mismatch("photographs under all lights from all cameras, or --interpolation kriging",
+                          isFixed ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")
         .in(field.folder);
 }
 
 } // namespace
 
+void meanAlpha(ShadingPlan& plan) {
+  plan.alpha.assign(plan.alphaSums.size() / plan.targetsPerPlace, 0);
+  for (size_t place = 0; place < plan.alpha.size(); ++place) {
+    float sum = 0, count = 0;
+    for (size_t target = 0; target < plan.targetsPerPlace; ++target)
+      if (const auto& [alpha, weight] = plan.alphaSums[place * plan.targetsPerPlace + target]; weight > 0) {
+        sum += alpha / weight;
+        ++count;
+      }
+    if (count > 0) plan.alpha[place] = std::clamp(sum / count, 0.f, 1.f);
+  }
+}
+
 struct ShadingPlanner::Impl {
-  const ReflectanceField& field;
-  const QueryBatch& batch;
-  ShadeOptions options;
-  ulr::LightExtrapolationFade coverage{lightDirections(field)};
+  const weights::ReflectanceField& field;
+  const weights::QueryBatch& batch;
+  weights::ShadeOptions options;
+  weights::LightExtrapolationFade coverage{lightDirections(field)};
   bool usesAlpha = options.usesAlpha && !field.alpha.empty();
   bool isProduct =
       hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
   size_t targetsPerPlace = isProduct ? 1 : std::max(size_t{1}, batch.sources());
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options,
-                               LightSources::all)
+                               weights::LightSources::all)
                      : Planner(std::in_place_type<PairPlanner>, field, coverage, batch, options);
   }};
 };
 
-ShadingPlanner::ShadingPlanner(const ReflectanceField& field, const QueryBatch& batch,
-                               const ShadeOptions& options) {
+ShadingPlanner::ShadingPlanner(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                               const weights::ShadeOptions& options) {
   assert(batch.towardsView.size() == batch.size());
   assert(batch.towardsLight.size() == batch.size() * batch.lights &&
          batch.irradiance.size() == batch.towardsLight.size());
@@ -300,7 +303,7 @@ size_t ShadingPlanner::targetsPerPlace() const { return impl_->targetsPerPlace; 
 
 size_t ShadingPlanner::queriesPerPlan() const {
   const size_t perQuery = targetsPerPlace() * impl_->options.placesPerQuery;
-  return std::max(size_t{1}, kTargetsPerPlan / perQuery / ulr::kQueryLanes) * ulr::kQueryLanes;
+  return std::max(size_t{1}, kTargetsPerPlan / perQuery / weights::kQueryLanes) * weights::kQueryLanes;
 }
 
 void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
@@ -321,7 +324,8 @@ void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
     throw Error("too many surfels and lights to be planned at once");
 }
 
-ShadingPlan planShading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options) {
+ShadingPlan planShading(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                        const weights::ShadeOptions& options) {
   ShadingPlan plan;
   ShadingPlanner(field, batch, options).plan(0, batch.size(), plan);
   return plan;

@@ -4,15 +4,16 @@
 //   alpha[query] = sum over views i  w_i a_i(x_i)
 //
 // Symbols: w_i weight of view i (camera_weights.h), w_l weight of captured light l (light_weights.h), X_il
-// their reflectance image, x_i projection of the surfel in view i.  [Weyrich 2005, §5.2 and §5.3] A capture
-// with gaps has one weight for each pair (pair_weights.h). a_i is the alpha of view i, 1 for an opaque
-// object: radiance is premultiplied by alpha, since photographs are blended over one background.
+// their reflectance image, x_i projection of the surfel in view i, a_i alpha of view i, 1 for an opaque
+// object. Radiance is premultiplied by alpha, since photographs are blended over one background. [Weyrich
+// 2005, §5.2 and §5.3]
+//
+// Where cameras and lights are not weighted apart (pair_weights.h), w_il stands for w_i w_l.
 #pragma once
 
-#include "srf/shading/light_weights.h"
 #include "srf/shading/operations.h"
-#include "srf/shading/query.h"
-#include "srf/shading/reflectance_field.h"
+#include "srf/weights/query.h"
+#include "srf/weights/reflectance_field.h"
 
 #include <cstddef>
 #include <memory>
@@ -22,13 +23,12 @@ namespace surflect::shading {
 
 struct ShadingPlan {
   size_t places = 0; // of all planned queries
-  // With pairs, each light or environment of a place has a target of its own, so that an operation which
-  // shows background is compensated by others of the same light.
+  // 1, or with weights of pairs the number of lights and environments: each then has a target of its own at
+  // every place, and an operation that shows background is compensated by operations of the same light.
   size_t targetsPerPlace = 1;
   std::vector<ShadingOp> ops;
-  LightRows rows;
-  // One per place: confidence (ulr.h) of its best view. Lights, and texels missing from that view, do not
-  // affect it.
+  weights::LightRows rows;
+  // One per place: confidenceOf (ulr.h) its best view's penalty. Neither lights nor missing texels affect it.
   std::vector<float> confidence;
   // One per place, if the field has alpha and the options use it: blended alpha, the mean over targets.
   std::vector<float> alpha;
@@ -45,12 +45,16 @@ struct ShadingPlan {
   ShadingPart part() const { return {ops, &rows, targets()}; }
 };
 
+// Sets the alpha of each place to the mean over its targets, of which those without a look-up do not count.
+void meanAlpha(ShadingPlan& plan);
+
 class ShadingPlanner {
 public:
   // Field and batch must outlive the planner. Throws Error if a capture with fixed illumination is queried
   // with lights, if any other capture is queried without lights, or if foreshortening is requested for a
-  // capture that is not a full product.
-  ShadingPlanner(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
+  // capture with gaps that kriging does not answer.
+  ShadingPlanner(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                 const weights::ShadeOptions& options);
   ~ShadingPlanner();
 
   size_t targetsPerPlace() const; // the same for every plan
@@ -66,6 +70,7 @@ private:
 };
 
 // Plans the whole batch in the calling thread.
-ShadingPlan planShading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options);
+ShadingPlan planShading(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                        const weights::ShadeOptions& options);
 
 } // namespace surflect::shading

@@ -86,8 +86,8 @@ std::vector<Rgb> execute(std::span<const ShadingPart> parts, codec::BlockCache& 
                          const Progress& progress = {});
 
 // Executes a single part.
-inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, const LightRows& rows, size_t targets,
-                                codec::BlockCache& cache, ShadingStats& stats,
+inline std::vector<Rgb> execute(std::span<const ShadingOp> ops, const weights::LightRows& rows,
+                                size_t targets, codec::BlockCache& cache, ShadingStats& stats,
                                 const Progress& progress = {}) {
   const ShadingPart part{ops, &rows, targets};
   return execute({&part, 1}, cache, stats, progress);

@@ -1,73 +1,81 @@
 // Symbols: p0 place of the surfel; X_ij reflectance image of view i and captured light j, x_i projection of
-// p0 in view i; theta_i angle at p0 between view i and the viewer, theta_qj between light q of the query and
-// captured light j; s_i visibility weight of view i; E_q irradiance of light q, E_j of captured light j.
+// p0 in view i, a_i alpha there; theta_i angle at p0 between view i and the viewer, theta_qj between light q
+// of the query and captured light j; s_i visibility weight of view i; E_q irradiance of light q, E_j of
+// captured light j.
 //
 //   p_i = (1 - cos theta_i) / s_i        penalty of a view, or its penalty as a fallback if less
 //   w_i = ULR(p)_i                       weight of a view                       [Weyrich 2005, §5.2]
 //   u_qj = ULR(1 - cos theta_q)_j        weight of a captured light             [Weyrich 2005, §5.2]
 //   w_j = sum_q f_q u_qj E_q / E_j       f_q: foreshortening
-//   L = sum_i w_i sum_j w_j X_ij(x_i)    radiance
+//   L = sum_i w_i a_i sum_j w_j X_ij(x_i)    radiance
 //
-// With a weight error, w_i, u_qj and the weights of pairs are truncated (ulr/weight_truncation.h).
+// With a weight error, w_i, u_qj and the weights of pairs are truncated (srf/weights/ulr.h).
 //
-// Under pairs and kriging, with w_ij as in pair_weights.h:
-//   L = sum_q f_q sum_ij w_ij E_q / E_j X_ij(x_i)
+// Under kriging, with w_ij as in srf/weights/kriging_weights.h:
+//   L = sum_q f_q sum_ij w_ij a_i E_q / E_j X_ij(x_i)
 //
 // Otherwise, a capture with gaps has weights of pairs:
-//   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij E_q / E_j X_ij(x_i).
+//   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij a_i E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
 
-#include "srf/shading/light_weights.h"
-#include "srf/shading/pair_weights.h"
-#include "srf/ulr/fallback_view.h"
-#include "srf/ulr/foreshortening.h"
-#include "srf/ulr/weight_truncation.h"
+#include "srf/weights/fallback_view.h"
+#include "srf/weights/irradiance_ratio.h"
+#include "srf/weights/light_weights.h"
+#include "srf/weights/pair_weights.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 
 namespace surflect::shading {
 
 namespace {
 
-// X_ij at one texel; empty if the texel is background.
-std::optional<Eigen::Vector3d> texelRadiance(codec::BlockCache& cache, uint32_t view, uint32_t light, int x,
-                                             int y) {
-  const std::optional<uint32_t> number =
-      cache.views()[view].find({x / codec::blockSize, y / codec::blockSize});
-  if (!number) return std::nullopt;
-  const std::shared_ptr<const codec::Block> block = cache.get(view, *number);
-  const int8_t* e = block->texel(y % codec::blockSize * codec::blockSize + x % codec::blockSize);
-  const float* a = block->light(light);
-  Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
-  for (int channel = 0; channel < 3; ++channel)
-    for (int k = 0; k < block->stride; ++k)
-      radiance[channel] += double{a[k]} * e[channel * block->stride + k];
-  return radiance;
-}
+using weights::anglePenalty;
+using weights::QueryBatch;
+using weights::QueryEnvironment;
+using weights::ReflectanceField;
+using weights::ShadeOptions;
 
-// X_ij between texels, bilinear; empty if all four texels are background.
-std::optional<Eigen::Vector3d> lookUp(codec::BlockCache& cache, uint32_t view, uint32_t light, double x,
-                                      double y) {
-  const codec::ViewHeader& header = cache.views()[view].header();
+// A texel of a bilinear look-up that shows the object, and its weight.
+struct PlainTap {
+  double weight;
+  std::shared_ptr<const codec::Block> block;
+  int texel;
+};
+
+// The taps at (x, y) of a view, with weights that sum to 1; none if all four texels are background.
+std::vector<PlainTap> tapsAt(codec::BlockCache& cache, uint32_t view, double x, double y) {
+  const codec::ViewFile& file = cache.views()[view];
   const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<PlainTap> taps;
   double weights = 0;
-  for (const double tx : {left, left + 1}) {
+  for (const double tx : {left, left + 1})
     for (const double ty : {top, top + 1}) {
       const double weight = (1 - std::abs(x - 0.5 - tx)) * (1 - std::abs(y - 0.5 - ty));
-      if (weight == 0) continue;
-      const auto radiance =
-          texelRadiance(cache, view, light, static_cast<int>(std::clamp<double>(tx, 0, header.width - 1)),
-                        static_cast<int>(std::clamp<double>(ty, 0, header.height - 1)));
-      if (!radiance) continue;
-      sum += weight * *radiance;
+      const int column = static_cast<int>(std::clamp<double>(tx, 0, file.header().width - 1)),
+                row = static_cast<int>(std::clamp<double>(ty, 0, file.header().height - 1));
+      const auto number = file.find({column / codec::blockSize, row / codec::blockSize});
+      if (weight == 0 || !number) continue;
+      taps.push_back({weight, cache.get(view, *number),
+                      row % codec::blockSize * codec::blockSize + column % codec::blockSize});
       weights += weight;
     }
+  for (PlainTap& tap : taps) tap.weight /= weights;
+  return taps;
+}
+
+// X_ij between texels.
+Eigen::Vector3d lookUp(std::span<const PlainTap> taps, uint32_t light) {
+  Eigen::Vector3d radiance = Eigen::Vector3d::Zero();
+  for (const auto& [weight, block, texel] : taps) {
+    const int8_t* e = block->texel(texel);
+    const float* a = block->light(light);
+    for (int channel = 0; channel < 3; ++channel)
+      for (int k = 0; k < block->stride; ++k)
+        radiance[channel] += weight * double{a[k]} * e[channel * block->stride + k];
   }
-  if (weights == 0) return std::nullopt;
-  return Eigen::Vector3d(sum / weights);
+  return radiance;
 }
 
 // The nearest point to (x, y) within the texel centres of a stored block.
@@ -93,7 +101,7 @@ std::optional<Eigen::Vector2d> nearestTexel(codec::BlockCache& cache, uint32_t v
 struct QueryLight {
   Direction3<AcquisitionSpace> towards;
   Rgb irradiance; // E_q
-  ulr::LightExtrapolation extrapolation;
+  weights::LightExtrapolation extrapolation;
   size_t target; // index among the query's targets, if pairs are blended
 };
 
@@ -117,120 +125,128 @@ class PlainPlan {
 public:
   PlainPlan(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options)
       : field_(field), batch_(batch), options_(options), how_(lightBlend(field, options)),
-        coverage_(lightDirections(field)) {}
-
-  size_t targetsPerPlace() const { return isProduct() ? 1 : batch_.sources(); }
+        coverage_(weights::lightDirections(field)) {
+    plan.places = batch.placeBegin(batch.size());
+    plan.targetsPerPlace = isProduct() ? 1 : batch.sources();
+    plan.alphaSums.resize(options.usesAlpha && !field.alpha.empty() ? plan.targets() : 0);
+  }
 
   void add(size_t query) {
-    const uint32_t surfel = batch_.surfels[query];
-    surfel_ = surfel;
-    p0_ = field_.cloud.p0[surfel].cast<double>();
-    normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel]).col(2));
-    visibility_ = field_.visibility.of(surfel);
+    surfel_ = batch_.surfels[query];
+    p0_ = field_.cloud.p0[surfel_].cast<double>();
+    normal_ = assume<Normal3<AcquisitionSpace, double>>(rotationOf<double>(field_.cloud.r0[surfel_]).col(2));
     towardsView_ = batch_.towardsView[query];
     placeBegin_ = batch_.placeBegin(query);
     placeEnd_ = batch_.placeBegin(query + 1);
+    float best = weights::kInfinity;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) best = std::min(best, penalty(i, 0));
+    plan.confidence.resize(placeEnd_, weights::confidenceOf(best));
     const std::vector<QueryLight> lights = lightsOf(batch_, query);
     if (isProduct()) return addProduct(lights, 0);
     std::vector<QueryLight> ofEnvironments;
     for (const QueryLight& light : lights) {
-      if (field_.isFullProduct && light.target >= batch_.lights)
+      const bool isOfEnvironment = light.target >= batch_.lights;
+      if (field_.isFullProduct && isOfEnvironment)
         ofEnvironments.push_back(light);
-      else if (!weighsPairs(field_, options_) || light.target >= batch_.lights)
-        addPairs(light);
+      else if (isOfEnvironment || !usesKriging(field_, options_))
+        addUlr(light);
       else
-        addNearPairs(light, !batch_.reached.empty()
-                                ? std::optional(batch_.reached[query * batch_.lights + light.target])
-                                : std::nullopt);
+        addKriging(light, !batch_.reached.empty()
+                              ? std::optional(batch_.reached[query * batch_.lights + light.target])
+                              : std::nullopt);
     }
     if (!ofEnvironments.empty()) addProduct(ofEnvironments, batch_.lights);
   }
 
-  std::vector<ShadingOp> ops;
-  LightRows rows;
+  ShadingPlan plan;
 
 private:
-  bool isProduct() const {
-    return hasSeparateWeights(field_, options_) || (field_.isFullProduct && batch_.lights == 0);
-  }
-
-  void addProduct(const std::vector<QueryLight>& lights, size_t target) {
-    const size_t begin = rows.lights.size();
-    if (field_.rig.lights.empty()) rows.add(0, {1, 1, 1}); // fixed illumination
-    for (const QueryLight& light : lights)
-      for (const auto& [j, u] : lightWeights(light)) rows.add(j, u * ratio(light, j));
-    const size_t end = rows.lights.size();
-    ulr::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
-    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (const auto& [i, w] : truncated(ulr::ulrWeights(views))) emit(target, i, w, begin, end);
-  }
-
-  void addPairs(const QueryLight& source) {
-    struct Pair {
-      uint32_t view, column, light;
-    };
-    std::vector<Pair> pairs;
-    ulr::NearestCandidates nearest(options_.nearest ? 1 : pairCount(field_, options_));
-    float least = std::numeric_limits<float>::infinity();
-    for (const capture::Light& light : field_.rig.lights)
-      least = std::min(least, lightPenalty(light, source));
-    for (uint32_t i = 0; i < field_.columns.size(); ++i)
-      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
-        const uint32_t j = field_.columns[i][column];
-        nearest.offer(
-            {static_cast<uint32_t>(pairs.size()), penalty(i, lightPenalty(field_.rig.lights[j], source))});
-        pairs.push_back({i, column, j});
-      }
-    const bool visibility = source.extrapolation == ulr::LightExtrapolation::fade && !options_.nearest;
-    const float covered = visibility ? coverage_.at(least) : 1;
-    for (const auto& [number, w] : truncated(ulr::ulrWeights(nearest))) {
-      const auto& [i, column, j] = pairs[number];
-      rows.add(column, covered * ratio(source, j));
-      emit(source.target, i, w, rows.lights.size() - 1, rows.lights.size());
-    }
-  }
-
-  // n of the nearest views or lights, 0 for the others and in a capture with wide gaps (pair_weights.h).
-  std::vector<float> nearness(const ulr::NearestCandidates& nearest, size_t count) const {
-    std::vector<float> all(count);
-    if (!field_.hasNearPairs) return all;
-    const auto sorted = nearest.sorted();
-    for (const auto& [index, p] : sorted.first(std::min(kNearSources, sorted.size()))) {
-      const float threshold = ulr::thresholdPenalty(sorted, kNearSources);
-      all[index] = sorted[0].penalty < threshold ? std::clamp((1 - p / threshold) / (1 - kNearUpTo), 0.f, 1.f)
-                   : p <= sorted[0].penalty      ? 1.f
-                                                 : 0.f;
-    }
-    return all;
-  }
-
-  // Part of a captured light that reached the surfel; 1 if shadow states are not used.
-  float reachedBy(uint32_t j, std::optional<float> asked) const {
-    return asked ? ulr::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[j]) : 1;
-  }
-
-  struct NearPair {
+  struct Pair {
     uint32_t view, column, light;
-    ulr::PairPlace place;
+  };
+  // A pair that kriging may blend.
+  struct KrigedPair {
+    Pair pair;
+    weights::PairPlace place;
     float confidence; // c_ij
     float nugget;     // in addition to nuggetOf
   };
 
-  // Pairs of the nearest views and lights, and the part of all others that a gap needs (pair_weights.h).
-  std::vector<NearPair> nearPairs(const ulr::NearestCandidates& views, const ulr::NearestCandidates& lights,
-                                  std::optional<float> reached, float& share) const {
-    const std::vector<float> ofView = nearness(views, field_.rig.views.size()),
-                             ofLight = nearness(lights, field_.rig.lights.size());
-    const bool needsFallbacks = views.sorted().empty() || views.sorted()[0].penalty > ulr::kFallbackFrom;
-    const float begun = needsFallbacks && !views.sorted().empty()
-                            ? std::min(1.f, views.sorted()[0].penalty - ulr::kFallbackFrom)
-                            : 1;
-    std::vector<float> s;
-    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
-      const float angle = ulr::anglePenalty(towardsView(i), towardsView_);
-      s.push_back(std::max(ulr::VisibilityWeights::decode(visibility_[i]),
-                           needsFallbacks ? begun * ulr::fallbackConfidence(angle, penalty(i, 0)) : 0));
+  bool isProduct() const {
+    return hasSeparateWeights(field_, options_) || (field_.isFullProduct && batch_.lights == 0);
+  }
+
+  std::vector<Pair> pairs() const {
+    std::vector<Pair> all;
+    for (uint32_t i = 0; i < field_.columns.size(); ++i)
+      for (uint32_t column = 0; column < field_.columns[i].size(); ++column)
+        all.push_back({i, column, field_.columns[i][column]});
+    return all;
+  }
+
+  void addProduct(const std::vector<QueryLight>& lights, size_t target) {
+    const size_t begin = plan.rows.lights.size();
+    if (field_.rig.lights.empty()) plan.rows.add(0, {1, 1, 1}); // fixed illumination
+    for (const QueryLight& light : lights)
+      for (const auto& [j, u] : lightWeights(light)) plan.rows.add(j, u * ratio(light, j));
+    const size_t end = plan.rows.lights.size();
+    weights::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
+    for (const auto& [i, w] : truncated(ulrWeights(views), options_.weightError))
+      emit(target, i, w, begin, end);
+  }
+
+  // Weights f_q u_qj.
+  weights::BlendSet lightWeights(const QueryLight& source) const {
+    std::vector<Direction3<AcquisitionSpace>> towards;
+    std::vector<float> cosines;
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j) {
+      towards.push_back(towardsLight(j));
+      cosines.push_back(cosine(j));
     }
+    const auto beyond = options_.nearest ? weights::LightExtrapolation::clamp : source.extrapolation;
+    weights::BlendSet u = blendOfLights(towards, source.towards, how_, coverage_, beyond);
+    const float f =
+        how_.foreshortened ? weights::foreshortening(cosine(source.towards), blendedCosine(u, cosines)) : 1;
+    for (auto& [j, weight] : u) weight *= f;
+    return u;
+  }
+
+  void addUlr(const QueryLight& source) {
+    const std::vector<Pair> all = pairs();
+    weights::NearestCandidates nearest(options_.nearest ? 1 : pairCount(field_, options_));
+    for (uint32_t number = 0; number < all.size(); ++number)
+      nearest.offer(
+          {number, penalty(all[number].view, anglePenalty(towardsLight(all[number].light), source.towards))});
+    const float scale = options_.nearest ? 1 : covered(source);
+    for (const auto& [number, w] : truncated(ulrWeights(nearest), options_.weightError))
+      emitPair(source, all[number], w, scale);
+  }
+
+  // n of all views or lights, by the nearest; 0 for all in a capture with wide gaps.
+  std::vector<float> nearnessOf(const weights::NearestCandidates& nearest, size_t count) const {
+    std::vector<float> all(count);
+    if (field_.hasNearPairs)
+      forEachNear(nearest, [&](uint32_t index, float, float nearness) { all[index] = nearness; });
+    return all;
+  }
+
+  // The photographed pairs. Sets `share` to the share g of the confidence in a pair that need not be near.
+  std::vector<KrigedPair> krigedPairs(const QueryLight& source, std::optional<float> reached,
+                                      float& share) const {
+    weights::NearestCandidates views(weights::kNearSources), lights(weights::kNearSources);
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
+      lights.offer({j, anglePenalty(towardsLight(j), source.towards)});
+    const std::vector<float> ofView = nearnessOf(views, field_.rig.views.size()),
+                             ofLight = nearnessOf(lights, field_.rig.lights.size());
+    const float least = views.sorted().empty() ? weights::kInfinity : views.sorted()[0].penalty;
+    const float begun = std::clamp(least - weights::kFallbackFrom, 0.f, 1.f); // fallbacks fade in
+    std::vector<float> s;
+    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
+      s.push_back(
+          std::max(seenBy(i), begun * weights::fallbackConfidence(anglePenalty(towardsView(i), towardsView_),
+                                                                  penalty(i, 0))));
     float best = 0, photographed = 0;
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) {
       for (const float n : ofLight) best = std::max(best, s[i] * ofView[i] * n);
@@ -238,222 +254,201 @@ private:
         photographed = std::max(photographed, s[i] * ofView[i] * ofLight[j]);
     }
     share = !field_.hasNearPairs ? 1 : best > 0 ? std::max(0.f, 1 - 2 * photographed / best) : 0;
-    std::vector<NearPair> pairs;
-    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
-      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
-        const uint32_t j = field_.columns[i][column];
-        if (const float confidence = s[i] * std::max(ofView[i] * ofLight[j], share); confidence > 0)
-          pairs.push_back({i, column, j,
-                           ulr::pairPlace(towardsLight(j), towardsView(i), reachedBy(j, reached),
-                                          scalesOf(field_, options_, reached.value_or(1))),
-                           confidence, 0});
-      }
-    return pairs;
+    std::vector<KrigedPair> all;
+    for (const Pair& pair : pairs()) {
+      const auto& [i, column, j] = pair;
+      all.push_back({pair, pairPlace(towardsLight(j), towardsView(i), reachedBy(j, reached), scales(reached)),
+                     s[i] * std::max(ofView[i] * ofLight[j], share), 0});
+    }
+    return all;
   }
 
   // The photographs of views near the light under lights near the viewer, as pairs with both exchanged.
-  std::vector<NearPair> exchangedPairs(const QueryLight& source, std::optional<float> requested,
-                                       float share) const {
-    ulr::NearestCandidates lights(kNearSources), views(kNearSources);
+  std::vector<KrigedPair> exchangedPairs(const QueryLight& source, std::optional<float> reached,
+                                         float share) const {
+    weights::NearestCandidates lights(weights::kNearSources), views(weights::kNearSources);
     for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
-      lights.offer({j, ulr::anglePenalty(towardsLight(j), towardsView_)});
+      lights.offer({j, anglePenalty(towardsLight(j), towardsView_)});
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
-      views.offer({i, ulr::anglePenalty(towardsView(i), source.towards) /
-                          ulr::VisibilityWeights::decode(visibility_[i])});
-    const std::vector<float> ofLight = nearness(lights, field_.rig.lights.size()),
-                             ofView = nearness(views, field_.rig.views.size());
-    std::vector<NearPair> pairs;
-    for (uint32_t i = 0; i < field_.rig.views.size(); ++i)
-      for (uint32_t column = 0; column < field_.columns[i].size(); ++column) {
-        const uint32_t j = field_.columns[i][column];
-        const float confidence =
-            std::max(share, ofView[i] * ofLight[j]) * ulr::VisibilityWeights::decode(visibility_[i]) *
-            exchangedConfidence(static_cast<float>(ulr::foreshortenedCosine(
-                                    normal_, capture::towardsLight(field_.rig.lights[j], p0_))),
-                                requested.value_or(1) * reachedBy(j, requested));
-        if (confidence > 0)
-          pairs.push_back({i, column, j,
-                           ulr::pairPlace(towardsView(i), towardsLight(j), 1,
-                                          scalesOf(field_, options_, requested.value_or(1))),
-                           confidence, kReciprocalNugget});
-      }
-    return pairs;
-  }
-
-  Direction3<AcquisitionSpace> towardsLight(uint32_t j) const {
-    return capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
-  }
-  Direction3<AcquisitionSpace> towardsView(uint32_t i) const {
-    return capture::Viewpoint(field_.rig.views[i].camera).towards(p0_).cast<float>();
+      views.offer({i, anglePenalty(towardsView(i), source.towards) / seenBy(i)});
+    const std::vector<float> ofLight = nearnessOf(lights, field_.rig.lights.size()),
+                             ofView = nearnessOf(views, field_.rig.views.size());
+    std::vector<KrigedPair> all;
+    for (const Pair& pair : pairs()) {
+      const auto& [i, column, j] = pair;
+      all.push_back({pair, pairPlace(towardsView(i), towardsLight(j), 1, scales(reached)),
+                     std::max(share, ofView[i] * ofLight[j]) * seenBy(i) *
+                         weights::exchangedConfidence(cosine(j), reachedBy(j, reached), reached),
+                     weights::kReciprocalNugget});
+    }
+    return all;
   }
 
   // w_ij; the index is that of the pair.
-  ulr::BlendSet nearWeights(const std::vector<NearPair>& pairs, const ulr::PairPlace& asked) const {
-    const bool isKriging = interpolationOf(field_, options_) == Interpolation::kriging;
+  weights::BlendSet krigingWeights(std::span<const KrigedPair> pairs, const weights::PairPlace& asked) const {
     const size_t count = pairCount(field_, options_);
-    ulr::NearestCandidates nearest(count);
-    for (uint32_t pair = 0; pair < pairs.size(); ++pair) {
-      const float apart = std::abs(pairs[pair].place.back() - asked.back()),
-                  squared = std::max(0.f, ulr::squaredDistance(pairs[pair].place, asked) - apart * apart);
-      nearest.offer({pair, (isKriging ? krigingPenalty(squared, apart) : pairPenalty(squared, apart)) /
-                               pairs[pair].confidence});
-    }
-    if (!isKriging) return truncated(ulr::ulrWeights(nearest));
+    weights::NearestCandidates nearest(count);
+    for (uint32_t pair = 0; pair < pairs.size(); ++pair)
+      if (pairs[pair].confidence > 0)
+        nearest.offer({pair, weights::krigingPenalty(pairs[pair].place, asked) / pairs[pair].confidence});
     const auto sorted = nearest.sorted();
-    std::vector<ulr::KrigingSample> samples;
-    for (const auto& [pair, distance] : sorted.first(std::min(count, sorted.size())))
-      samples.push_back(
-          {pair, pairs[pair].place,
-           ulr::nuggetOf(sorted.size() > count && sorted.back().penalty > 0 ? distance / sorted.back().penalty
-                                                                            : 0,
-                         pairs[pair].confidence) +
-               pairs[pair].nugget});
-    const std::vector<double> w = ulr::krigingWeightsReference(samples, asked);
-    ulr::BlendSet weights;
-    for (size_t k = 0; k < samples.size(); ++k) weights.push({samples[k].index, static_cast<float>(w[k])});
-    return truncated(weights);
+    const float threshold = sorted.size() > count ? sorted.back().penalty : weights::kInfinity;
+    std::vector<weights::KrigingSample> samples;
+    for (const auto& [pair, p] : sorted.first(std::min(count, sorted.size())))
+      samples.push_back({pair, pairs[pair].place,
+                         weights::nuggetOf(threshold > 0 ? p / threshold : 0, pairs[pair].confidence) +
+                             pairs[pair].nugget});
+    const std::vector<double> w = krigingWeightsReference(samples, asked);
+    weights::BlendSet blend;
+    for (size_t k = 0; k < samples.size(); ++k) blend.push({samples[k].index, static_cast<float>(w[k])});
+    return truncated(blend, options_.weightError);
   }
 
-  void addNearPairs(const QueryLight& source, std::optional<float> reached) {
-    ulr::NearestCandidates views(kNearSources), lights(kNearSources);
-    for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
-      lights.offer({j, lightPenalty(field_.rig.lights[j], source)});
+  void addKriging(const QueryLight& source, std::optional<float> reached) {
+    const float state = reached.value_or(1);
     float share = 0;
-    std::vector<NearPair> pairs = nearPairs(views, lights, reached, share);
-    if (isReciprocal(field_, options_) && reached.value_or(1) > 0)
-      for (const NearPair& pair : exchangedPairs(source, reached, share)) pairs.push_back(pair);
-    const ulr::BlendSet weights =
-        nearWeights(pairs, ulr::pairPlace(source.towards, towardsView_, reached.value_or(1),
-                                          scalesOf(field_, options_, reached.value_or(1))));
-    float scale =
-        source.extrapolation == ulr::LightExtrapolation::fade ? coverage_.at(lights.sorted()[0].penalty) : 1;
+    std::vector<KrigedPair> pairs = krigedPairs(source, reached, share);
+    if (isReciprocal(field_, options_) && state > 0)
+      for (const KrigedPair& pair : exchangedPairs(source, reached, share)) pairs.push_back(pair);
+    const weights::BlendSet weights =
+        krigingWeights(pairs, pairPlace(source.towards, towardsView_, state, scales(reached)));
+    float scale = covered(source);
     if (how_.foreshortened) {
-      double blended = 0;
-      for (const auto& [pair, w] : weights) {
-        const uint32_t j = pairs[pair].light;
-        blended += w * reachedBy(j, reached) *
-                   ulr::foreshortenedCosine(normal_, capture::towardsLight(field_.rig.lights[j], p0_));
+      float blended = 0;
+      for (const auto& [number, w] : weights) {
+        const uint32_t j = pairs[number].pair.light;
+        blended += w * reachedBy(j, reached) * cosine(j);
       }
-      const double asked =
-          reached.value_or(1) * ulr::foreshortenedCosine(normal_, source.towards.cast<double>());
-      scale *= ulr::foreshortening(static_cast<float>(asked), static_cast<float>(blended));
+      scale *= weights::foreshortening(state * cosine(source.towards), blended);
     }
-    for (const auto& [pair, w] : weights) {
-      rows.add(pairs[pair].column, scale * ratio(source, pairs[pair].light));
-      emit(source.target, pairs[pair].view, w, rows.lights.size() - 1, rows.lights.size());
-    }
-  }
-
-  ulr::BlendSet truncated(ulr::BlendSet weights) const {
-    ulr::truncate(weights, options_.weightError);
-    return weights;
+    for (const auto& [number, w] : weights) emitPair(source, pairs[number].pair, w, scale);
   }
 
   // p_i; with pairs, p_i + 1 - cos theta_qj.
   float penalty(size_t i, float ofLight) const {
     const capture::Camera<AcquisitionSpace>& camera = field_.rig.views[i].camera;
     const auto towards = capture::Viewpoint(camera).towards(p0_);
-    const float angle = ulr::anglePenalty(towards.cast<float>(), towardsView_),
-                s = ulr::VisibilityWeights::decode(visibility_[i]);
-    float p = std::numeric_limits<float>::infinity();
+    const float angle = anglePenalty(towards.cast<float>(), towardsView_), s = seenBy(i);
+    float p = weights::kInfinity;
     if (s > 0) p = (options_.nearest ? angle : angle / s) + ofLight;
     const auto pixel = camera.project(p0_);
     if (!pixel || !capture::contains(camera.lens, *pixel)) return p;
-    const float scale = ulr::fallbackScale(dot(normal_, towards), ulr::borderFade(camera.lens, *pixel), s);
-    return std::min(p, ulr::fallbackPenalty(angle + ofLight, scale));
+    const float scale =
+        weights::fallbackScale(dot(normal_, towards), weights::borderFade(camera.lens, *pixel), s);
+    return std::min(p, weights::fallbackPenalty(angle + ofLight, scale));
+  }
+  // c_q
+  float covered(const QueryLight& source) const {
+    float least = weights::kInfinity;
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j)
+      least = std::min(least, anglePenalty(towardsLight(j), source.towards));
+    return source.extrapolation == weights::LightExtrapolation::fade ? coverage_.at(least) : 1;
   }
 
-  // Weights f_q u_qj.
-  ulr::BlendSet lightWeights(const QueryLight& source) const {
-    std::vector<Direction3<AcquisitionSpace>> towards;
-    std::vector<double> cosines;
-    for (const capture::Light& light : field_.rig.lights) {
-      towards.push_back(capture::towardsLight(light, p0_).cast<float>());
-      cosines.push_back(ulr::foreshortenedCosine(normal_, capture::towardsLight(light, p0_)));
-    }
-    const ulr::LightExtrapolation beyond =
-        options_.nearest ? ulr::LightExtrapolation::clamp : source.extrapolation;
-    ulr::BlendSet u = ulr::blendOfLights(towards, source.towards, how_, coverage_, beyond);
-    if (!how_.foreshortened) return u;
-    std::vector<float> blended(cosines.begin(), cosines.end());
-    const auto asked = static_cast<float>(ulr::foreshortenedCosine(normal_, source.towards.cast<double>()));
-    const float f = ulr::foreshortening(asked, ulr::blendedCosine(u, blended));
-    for (auto& [j, weight] : u) weight *= f;
-    return u;
+  float seenBy(size_t i) const {
+    return weights::VisibilityWeights::decode(field_.visibility.of(surfel_)[i]);
   }
-
-  float lightPenalty(const capture::Light& light, const QueryLight& source) const {
-    return ulr::anglePenalty(capture::towardsLight(light, p0_).cast<float>(), source.towards);
+  // Part of a captured light that reached the surfel; 1 if shadow states are not used.
+  float reachedBy(uint32_t j, std::optional<float> asked) const {
+    return asked ? weights::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[j]) : 1;
+  }
+  weights::KrigingScales scales(std::optional<float> reached) const {
+    return weights::scalesFor(field_.interpolation.halfScale, reached.value_or(1));
+  }
+  Direction3<AcquisitionSpace> towardsLight(uint32_t j) const {
+    return capture::towardsLight(field_.rig.lights[j], p0_).cast<float>();
+  }
+  Direction3<AcquisitionSpace> towardsView(uint32_t i) const {
+    return capture::Viewpoint(field_.rig.views[i].camera).towards(p0_).cast<float>();
+  }
+  float cosine(const Direction3<AcquisitionSpace>& towards) const {
+    return static_cast<float>(weights::foreshortenedCosine(normal_, towards.cast<double>()));
+  }
+  float cosine(uint32_t j) const {
+    return static_cast<float>(
+        weights::foreshortenedCosine(normal_, capture::towardsLight(field_.rig.lights[j], p0_)));
   }
   // Irradiance ratio E_q / E_j.
   Rgb ratio(const QueryLight& source, size_t j) const {
-    return irradianceRatio(source.irradiance, capture::irradianceAt(field_.rig.lights[j], p0_));
+    return weights::irradianceRatio(source.irradiance, capture::irradianceAt(field_.rig.lights[j], p0_));
+  }
+
+  void emitPair(const QueryLight& source, const Pair& pair, float weight, float scale) {
+    plan.rows.add(pair.column, scale * ratio(source, pair.light));
+    emit(source.target, pair.view, weight, plan.rows.lights.size() - 1, plan.rows.lights.size());
   }
   // Looks up all places of the query, for a target of each.
   void emit(size_t target, uint32_t view, float weight, size_t begin, size_t end) {
-    for (size_t place = placeBegin_; place < placeEnd_; ++place)
-      if (const auto pixel =
-              field_.rig.views[view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>())) {
-        const auto x = static_cast<float>(pixel->x), y = static_cast<float>(pixel->y);
-        const float alpha = options_.usesAlpha && !field_.alpha.empty() ? field_.alpha[view].at(x, y) : 1;
-        ops.push_back({static_cast<uint32_t>(place * targetsPerPlace() + target), view, x, y, weight * alpha,
-                       static_cast<uint32_t>(begin), static_cast<uint32_t>(end)});
+    for (size_t place = placeBegin_; place < placeEnd_; ++place) {
+      const auto pixel =
+          field_.rig.views[view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>());
+      if (!pixel) continue;
+      const auto x = static_cast<float>(pixel->x), y = static_cast<float>(pixel->y);
+      const size_t of = place * plan.targetsPerPlace + target;
+      float alpha = 1;
+      if (!plan.alphaSums.empty()) {
+        alpha = field_.alpha[view].at(x, y);
+        plan.alphaSums[of].alpha += weight * alpha;
+        plan.alphaSums[of].weight += weight;
       }
+      if (alpha > 0)
+        plan.ops.push_back({static_cast<uint32_t>(of), view, x, y, weight * alpha,
+                            static_cast<uint32_t>(begin), static_cast<uint32_t>(end)});
+    }
   }
 
   const ReflectanceField& field_;
   const QueryBatch& batch_;
   const ShadeOptions& options_;
-  const ulr::LightBlend how_;
-  const ulr::LightExtrapolationFade coverage_;
+  const weights::LightBlend how_;
+  const weights::LightExtrapolationFade coverage_;
   // State of the current query.
   uint32_t surfel_ = 0;
   Point3<AcquisitionSpace, double> p0_;
   Normal3<AcquisitionSpace, double> normal_;
-  std::span<const uint8_t> visibility_;
   Direction3<AcquisitionSpace> towardsView_;
   size_t placeBegin_ = 0, placeEnd_ = 0;
 };
 
 } // namespace
 
-std::vector<Eigen::Vector3d> shadeReference(const ReflectanceField& field, const QueryBatch& batch,
-                                            const ShadeOptions& options, codec::BlockCache& cache) {
-  PlainPlan plan(field, batch, options);
-  for (size_t query = 0; query < batch.size(); ++query) plan.add(query);
-  const size_t targets = plan.targetsPerPlace(), places = batch.placeBegin(batch.size());
-  const auto ofTargets = executeReference(plan.ops, plan.rows, places * targets, cache);
-  std::vector<Eigen::Vector3d> radiance(places, Eigen::Vector3d::Zero());
+ShadingPlan planReference(const ReflectanceField& field, const QueryBatch& batch,
+                          const ShadeOptions& options) {
+  PlainPlan plain(field, batch, options);
+  for (size_t query = 0; query < batch.size(); ++query) plain.add(query);
+  meanAlpha(plain.plan);
+  return std::move(plain.plan);
+}
+
+std::vector<Eigen::Vector3d> shadeReference(const ShadingPlan& plan, codec::BlockCache& cache) {
+  const auto ofTargets = executeReference(plan.ops, plan.rows, plan.targets(), cache);
+  std::vector<Eigen::Vector3d> radiance(plan.places, Eigen::Vector3d::Zero());
   for (size_t target = 0; target < ofTargets.size(); ++target)
-    radiance[target / targets] += ofTargets[target];
+    radiance[target / plan.targetsPerPlace] += ofTargets[target];
   return radiance;
 }
 
-std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const LightRows& rows,
+std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, const weights::LightRows& rows,
                                               size_t targets, codec::BlockCache& cache) {
   std::vector<Eigen::Vector3d> radiance(targets, Eigen::Vector3d::Zero());
   std::vector<double> all(targets), kept(targets);
-  const auto add = [&](const ShadingOp& op, double x, double y) {
-    if (!lookUp(cache, op.view, 0, x, y)) return;
+  std::vector<bool> isBlind(targets, true); // shows only background
+  for (const ShadingOp& op : ops) {
+    all[op.target] += op.weight;
+    if (holdsTexel(cache, op.view, op.x, op.y)) isBlind[op.target] = false;
+  }
+  for (const ShadingOp& op : ops) {
+    Eigen::Vector2d place(op.x, op.y);
+    if (isBlind[op.target]) place = nearestTexel(cache, op.view, op.x, op.y).value_or(place);
+    const std::vector<PlainTap> taps = tapsAt(cache, op.view, place.x(), place.y());
+    if (taps.empty()) continue;
     kept[op.target] += op.weight;
     for (uint32_t i = op.rowBegin; i < op.rowEnd; ++i) {
       const auto& [color, begin, end] = rows.lights[i];
       const Eigen::Vector3d omega = op.weight * Eigen::Vector3d(color.r, color.g, color.b);
       for (const auto& [light, weight] : std::span(rows.weights).subspan(begin, end - begin))
-        radiance[op.target] += weight * omega.cwiseProduct(*lookUp(cache, op.view, light, x, y));
+        radiance[op.target] += weight * omega.cwiseProduct(lookUp(taps, light));
     }
-  };
-  std::vector<bool> isBlind(targets, true);
-  for (const ShadingOp& op : ops) {
-    all[op.target] += op.weight;
-    if (lookUp(cache, op.view, 0, op.x, op.y)) isBlind[op.target] = false;
-  }
-  for (const ShadingOp& op : ops) {
-    if (!isBlind[op.target])
-      add(op, op.x, op.y);
-    else if (const auto texel = nearestTexel(cache, op.view, op.x, op.y))
-      add(op, texel->x(), texel->y());
   }
   for (size_t target = 0; target < targets; ++target)
     if (kept[target] != 0) radiance[target] *= all[target] / kept[target];
@@ -461,7 +456,7 @@ std::vector<Eigen::Vector3d> executeReference(std::span<const ShadingOp> ops, co
 }
 
 bool holdsTexel(codec::BlockCache& cache, uint32_t view, double x, double y) {
-  return lookUp(cache, view, 0, x, y).has_value();
+  return !tapsAt(cache, view, x, y).empty();
 }
 
 } // namespace surflect::shading

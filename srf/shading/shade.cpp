@@ -28,8 +28,9 @@ template <class T> void append(const std::vector<T>& part, std::vector<T>& all) 
 class Shading {
 public:
   // The arguments must outlive this.
-  Shading(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
-          codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap)
+  Shading(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+          const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+          const Progress& progress, const ShadeLap& lap)
       : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
         queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerPlace() /
                                                options.placesPerQuery)) {}
@@ -80,8 +81,9 @@ std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, Shadin
   return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress), plan.targetsPerPlace);
 }
 
-Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
-             codec::BlockCache& cache, ShadingStats& stats, const Progress& progress, const ShadeLap& lap) {
+Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+             const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+             const Progress& progress, const ShadeLap& lap) {
   Shaded shaded;
   shaded.radiance.reserve(batch.size());
   Shading shading(field, batch, options, cache, stats, progress, lap);
@@ -94,12 +96,12 @@ Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const Shade
   return shaded;
 }
 
-Shaded shade(const ReflectanceField& field, size_t queries, const FillBatch& fill,
-             const ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+Shaded shade(const weights::ReflectanceField& field, size_t queries, const FillBatch& fill,
+             const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
              const Progress& progress, const ShadeLap& lap) {
   Shaded shaded;
   shaded.radiance.reserve(queries);
-  QueryBatch batch;
+  weights::QueryBatch batch;
   fill(0, 0, batch);
   Shading shading(field, batch, options, cache, stats, progress, lap);
   if (lap) lap(1);

@@ -23,17 +23,17 @@ using ShadeLap = std::function<void(double planningShare)>;
 // Returns the radiance of each query. Each plan is made and executed by one thread, so that it stays in the
 // thread's caches. Blocks are fetched for options.targetsAtOnce targets at a time; a block needed again later
 // is read again unless the cache has kept it. Throws Error as ShadingPlanner and ViewFile::read.
-Shaded shade(const ReflectanceField& field, const QueryBatch& batch, const ShadeOptions& options,
-             codec::BlockCache& cache, ShadingStats& stats, const Progress& progress = {},
-             const ShadeLap& lap = {});
+Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+             const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+             const Progress& progress = {}, const ShadeLap& lap = {});
 
 // Fills a batch with the queries [begin, end), reusing its memory. The first call has an empty range and
 // provides only the lights and environments, which must be the same for all ranges.
-using FillBatch = std::function<void(size_t begin, size_t end, QueryBatch& batch)>;
+using FillBatch = std::function<void(size_t begin, size_t end, weights::QueryBatch& batch)>;
 
 // Radiance of queries that are generated on demand, so that only those being shaded are in memory.
-Shaded shade(const ReflectanceField& field, size_t queries, const FillBatch& fill,
-             const ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
+Shaded shade(const weights::ReflectanceField& field, size_t queries, const FillBatch& fill,
+             const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
              const Progress& progress = {}, const ShadeLap& lap = {});
 
 // Radiance of each query of a plan.

@@ -1,7 +1,7 @@
 #include "tests/stability/entry.h"
 
 #include "srf/image/exr.h"
-#include "srf/ulr/environment_map.h"
+#include "srf/weights/environment_map.h"
 #include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
 
@@ -12,7 +12,7 @@
 namespace surflect::stability {
 namespace {
 
-using ulr::EnvironmentMapping;
+using weights::EnvironmentMapping;
 
 constexpr int kWidth = 64, kHeight = 32;
 
@@ -29,12 +29,12 @@ Measured irradianceErrors(const image::Image& map, const Vec3<double>& normal, d
   double naive = 0, ours = 0;
   for (int y = 0; y < map.height; ++y)
     for (int x = 0; x < map.width; ++x) {
-      const auto d = ulr::latLongDirection((x + 0.5) / map.width, (y + 0.5) / map.height);
+      const auto d = weights::latLongDirection((x + 0.5) / map.width, (y + 0.5) / map.height);
       const double cosine = d.raw().dot(normal);
       if (cosine > 0) naive += share * double{map.at(x, y)[0]} * cosine;
     }
-  auto lights = ulr::environmentOf(map, EnvironmentMapping::latLong).texels;
-  for (const auto& light : ulr::clusteredLights(std::move(lights), 1e-3))
+  auto lights = weights::environmentOf(map, EnvironmentMapping::latLong).texels;
+  for (const auto& light : weights::clusteredLights(std::move(lights), 1e-3))
     ours += double{light.irradiance.r} * std::max(0.0, light.towards.raw().cast<double>().dot(normal));
   return {std::abs(naive / truth - 1), std::abs(ours / truth - 1)};
 }
@@ -45,7 +45,7 @@ Measured wrongLights(float sample) {
   std::ranges::copy(std::array{sample, sample, sample}, map.at(20, 10).begin());
   Measured count;
   for (const float value : map.values) count.naive += !(value >= 0 && std::isfinite(value));
-  for (const auto& light : ulr::environmentOf(map, EnvironmentMapping::latLong).texels)
+  for (const auto& light : weights::environmentOf(map, EnvironmentMapping::latLong).texels)
     for (const float value : {light.irradiance.r, light.irradiance.g, light.irradiance.b})
       count.ours += !(value >= 0 && std::isfinite(value));
   return count;
@@ -55,7 +55,7 @@ Measured refusal(int width, int height) {
   const image::TemporaryFolder folder;
   image::writeExr(folder / "map.exr", image::Image(width, height, 3), image::Precision::single);
   try {
-    ulr::readEnvironment(folder / "map.exr");
+    weights::readEnvironment(folder / "map.exr");
   } catch (const Error&) {
     return {1, 0};
   }
@@ -81,7 +81,7 @@ Group environmentGroup() {
                [] {
                  image::Image map = constantMap(0);
                  map.at(10, 1)[0] = 1e4f;
-                 const auto d = ulr::latLongDirection(10.5 / kWidth, 1.5 / kHeight);
+                 const auto d = weights::latLongDirection(10.5 / kWidth, 1.5 / kHeight);
                  const double top = std::cos(std::numbers::pi / kHeight),
                               bottom = std::cos(2 * std::numbers::pi / kHeight);
                  return irradianceErrors(map, d.raw(), 1e4 * 2 * std::numbers::pi / kWidth * (top - bottom));

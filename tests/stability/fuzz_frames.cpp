@@ -62,7 +62,8 @@ warp::WarpPointer randomWarp(Dice& dice) {
 scene::ShotLight randomLight(Dice& dice, const model::Model& model) {
   const auto strength = [&] { return dice.isRare() ? 0.f : static_cast<float>(dice.scale(1e-6, 1e6)); };
   const Rgb color{strength(), strength(), strength()};
-  const auto extrapolation = dice.below(2) ? ulr::LightExtrapolation::clamp : ulr::LightExtrapolation::fade;
+  const auto extrapolation =
+      dice.below(2) ? weights::LightExtrapolation::clamp : weights::LightExtrapolation::fade;
   const auto point = [&](const Vec3<double>& p) {
     return scene::ShotPointLight{assume<Point3<ObjectSpace, double>>(p), color, extrapolation};
   };
@@ -78,8 +79,8 @@ scene::ShotLight randomLight(Dice& dice, const model::Model& model) {
     for (float& value : map.values) value = strength();
     if (dice.isRare()) map.values[7] = std::numeric_limits<float>::quiet_NaN();
     scene::ShotEnvironment environment;
-    environment.map =
-        std::make_shared<ulr::EnvironmentMap>(ulr::environmentOf(map, ulr::EnvironmentMapping::latLong));
+    environment.map = std::make_shared<weights::EnvironmentMap>(
+        weights::environmentOf(map, weights::EnvironmentMapping::latLong));
     environment.error = 0.2;
     environment.extrapolation = extrapolation;
     return environment;
@@ -92,13 +93,13 @@ scene::ShotLight randomLight(Dice& dice, const model::Model& model) {
 
 surfels::FrameOptions randomOptions(Dice& dice, const model::Model& model) {
   surfels::FrameOptions options;
-  constexpr ulr::Interpolation kinds[] = {ulr::Interpolation::paper, ulr::Interpolation::separate,
-                                          ulr::Interpolation::pairs, ulr::Interpolation::kriging};
-  options.shade.interpolation = kinds[dice.below(4)];
+  constexpr weights::Interpolation kinds[] = {weights::Interpolation::paper, weights::Interpolation::separate,
+                                              weights::Interpolation::kriging};
+  options.shade.interpolation = kinds[dice.below(3)];
   options.shade.cameras = static_cast<size_t>(1 + dice.below(16));
   options.shade.pairs = static_cast<size_t>(1 + dice.below(16));
   if (dice.below(2)) options.shade.lights = static_cast<size_t>(1 + dice.below(16));
-  if (model.isFullProduct && dice.below(2)) options.shade.lightFit = ulr::LightFit::plane;
+  if (model.isFullProduct && dice.below(2)) options.shade.lightFit = weights::LightFit::plane;
   options.shade.nearest = dice.isRare();
   options.splats.lowPass = dice.isRare() ? dice.scale(0.1, 5) : 0.44;
   if (dice.isRare()) options.surfelSize = dice.scale(0.1, 10);

@@ -230,7 +230,7 @@ std::string wrongPhotographWeights(Dice& dice) {
   const Rgb color{static_cast<float>(dice.scale(1e-6, 1e6)), 1, static_cast<float>(dice.scale(1e-6, 1e6))};
   const Vec3<double> towards = dice.unit();
   const scene::ShotLight light = scene::ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
-                                                             color, ulr::LightExtrapolation::clamp};
+                                                             color, weights::LightExtrapolation::clamp};
   Rgb sum;
   const std::vector<Rgb> weights = lightfield::photographWeights(captured, middle, {&light, 1});
   for (size_t l = 0; l < weights.size(); ++l)

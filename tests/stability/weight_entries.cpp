@@ -1,10 +1,10 @@
 #include "tests/stability/entry.h"
 
 #include "srf/capture/camera.h"
-#include "srf/ulr/kriging.h"
-#include "srf/ulr/light_blend.h"
-#include "srf/ulr/ulr.h"
-#include "tests/srf/ulr/lights.h"
+#include "srf/weights/kriging.h"
+#include "srf/weights/light_blend.h"
+#include "srf/weights/ulr.h"
+#include "tests/srf/weights/lights.h"
 #include "tests/support/random.h"
 
 #include <Eigen/Dense>
@@ -14,8 +14,8 @@
 namespace surflect::stability {
 namespace {
 
-using ulr::lights::Direction;
-using ulr::lights::directionOf;
+using weights::lights::Direction;
+using weights::lights::directionOf;
 
 // Weights as the papers print them: r = (1 - p / p_k+1) / p for the k least penalties, over their sum;
 // without a (k+1)-th candidate, the last one stands for it.
@@ -33,10 +33,10 @@ std::vector<float> printedWeights(const std::vector<float>& penalties, size_t k)
   return weights;
 }
 std::vector<float> ourWeights(const std::vector<float>& penalties, size_t k) {
-  ulr::NearestCandidates nearest(k);
+  weights::NearestCandidates nearest(k);
   for (uint32_t i = 0; i < penalties.size(); ++i) nearest.offer({i, penalties[i]});
   std::vector<float> weights(penalties.size(), 0);
-  for (const auto& [index, weight] : ulr::ulrWeights(nearest)) weights[index] = weight;
+  for (const auto& [index, weight] : weights::ulrWeights(nearest)) weights[index] = weight;
   return weights;
 }
 
@@ -63,20 +63,21 @@ Measured errors(const std::vector<float>& penalties, size_t k, const std::vector
 
 float penaltyOf(const Vec3<double>& place, const Vec3<double>& camera, const Vec3<double>& towards) {
   const capture::Viewpoint<AcquisitionSpace> view(camera, false);
-  return static_cast<float>(ulr::anglePenalty(view.towards(assume<Point3<AcquisitionSpace, double>>(place)),
-                                              assume<Direction3<AcquisitionSpace, double>>(towards)));
+  return static_cast<float>(
+      weights::anglePenalty(view.towards(assume<Point3<AcquisitionSpace, double>>(place)),
+                            assume<Direction3<AcquisitionSpace, double>>(towards)));
 }
 
 // Largest change of a weight in a step of 1e-4 rad along a path past eight cameras.
 Measured jumpAlongPath(size_t k, bool onlyNearest) {
-  std::vector<Direction> cameras = ulr::lights::spiral(24, 0);
+  std::vector<Direction> cameras = weights::lights::spiral(24, 0);
   Measured jump;
   std::vector<float> lastNaive, lastOurs;
   for (int step = 0; step < 10000; ++step) {
     const double turn = 1e-4 * step;
     const Direction towards = directionOf({std::sin(turn), 0.1, std::cos(turn)});
     std::vector<float> penalties;
-    for (const Direction& camera : cameras) penalties.push_back(ulr::anglePenalty(camera, towards));
+    for (const Direction& camera : cameras) penalties.push_back(weights::anglePenalty(camera, towards));
     // Naive: inverse distances of the k nearest, without a threshold.
     std::vector<float> naive(penalties.size(), 0);
     std::vector<float> sorted = penalties;
@@ -156,15 +157,15 @@ Group ulrGroup() {
 namespace {
 
 // w = C^-1 c in single precision without nugget, scaled to a sum of 1.
-std::vector<double> plainKriging(const std::vector<ulr::KrigingSample>& samples,
-                                 const ulr::PairPlace& asked) {
+std::vector<double> plainKriging(const std::vector<weights::KrigingSample>& samples,
+                                 const weights::PairPlace& asked) {
   const auto n = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixXf c(n, n);
   Eigen::VectorXf right(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index j = 0; j < n; ++j)
-      c(i, j) = ulr::matern52(ulr::squaredDistance(samples[i].place, samples[j].place));
-    right[i] = ulr::matern52(ulr::squaredDistance(samples[i].place, asked));
+      c(i, j) = weights::matern52(weights::squaredDistance(samples[i].place, samples[j].place));
+    right[i] = weights::matern52(weights::squaredDistance(samples[i].place, asked));
   }
   const Eigen::VectorXf ones = Eigen::VectorXf::Ones(n);
   const Eigen::PartialPivLU<Eigen::MatrixXf> lu(c);
@@ -173,19 +174,19 @@ std::vector<double> plainKriging(const std::vector<ulr::KrigingSample>& samples,
   return {w.data(), w.data() + n};
 }
 
-Measured largestWeight(const std::vector<ulr::KrigingSample>& samples, const ulr::PairPlace& asked) {
+Measured largestWeight(const std::vector<weights::KrigingSample>& samples, const weights::PairPlace& asked) {
   Measured result;
   for (const double w : plainKriging(samples, asked)) raise(result.naive, std::abs(w));
-  for (const auto& [index, weight] : ulr::krigingWeights(samples, asked))
+  for (const auto& [index, weight] : weights::krigingWeights(samples, asked))
     raise(result.ours, std::abs(double{weight}));
   return result;
 }
 
-ulr::PairPlace placeAt(const Vec3<double>& light, const Vec3<double>& view) {
-  return ulr::pairPlace(directionOf(light), directionOf(view), 1, {});
+weights::PairPlace placeAt(const Vec3<double>& light, const Vec3<double>& view) {
+  return weights::pairPlace(directionOf(light), directionOf(view), 1, {});
 }
-ulr::KrigingSample sampleAt(uint32_t index, const Vec3<double>& light, const Vec3<double>& view) {
-  return {index, placeAt(light, view), ulr::nuggetOf(0.1f, 1)};
+weights::KrigingSample sampleAt(uint32_t index, const Vec3<double>& light, const Vec3<double>& view) {
+  return {index, placeAt(light, view), weights::nuggetOf(0.1f, 1)};
 }
 
 } // namespace
@@ -205,7 +206,7 @@ Group krigingGroup() {
           {"photographs 1e-4 rad apart, nearly singular covariance", "weights of at most 1", "largest weight",
            0.4,
            [] {
-             std::vector<ulr::KrigingSample> samples;
+             std::vector<weights::KrigingSample> samples;
              for (uint32_t i = 0; i < 6; ++i)
                samples.push_back(sampleAt(i, {1e-4 * i, 1e-4 * (i * i % 5), 1}, {0.3, 0, 1}));
              return largestWeight(samples, placeAt({0.02, 0, 1}, {0.3, 0, 1}));
@@ -213,11 +214,11 @@ Group krigingGroup() {
           {"two equal photographs that disagree", "each has half: their mean is shown",
            "difference of their weights", 3e-5,
            [] {
-             const std::vector<ulr::KrigingSample> samples{sampleAt(0, {0, 0, 1}, {0.3, 0, 1}),
-                                                           sampleAt(1, {0, 0, 1}, {0.3, 0, 1})};
+             const std::vector<weights::KrigingSample> samples{sampleAt(0, {0, 0, 1}, {0.3, 0, 1}),
+                                                               sampleAt(1, {0, 0, 1}, {0.3, 0, 1})};
              const auto asked = placeAt({0.1, 0, 1}, {0.3, 0, 1});
              const auto naive = plainKriging(samples, asked);
-             const ulr::BlendSet ours = ulr::krigingWeights(samples, asked);
+             const weights::BlendSet ours = weights::krigingWeights(samples, asked);
              return Measured{std::abs(naive[0] - naive[1]),
                              std::abs(double{ours[0].weight} - double{ours[1].weight})};
            }},
@@ -235,15 +236,15 @@ Group krigingGroup() {
              std::mt19937 random(7);
              Measured result;
              for (int trial = 0; trial < 300; ++trial) {
-               std::vector<ulr::KrigingSample> samples;
+               std::vector<weights::KrigingSample> samples;
                for (uint32_t i = 0; i < 16; ++i)
                  samples.push_back(
                      sampleAt(i, randomUnit(random) + Vec3<double>(0, 0, 2), randomUnit(random)));
                const auto asked = placeAt(randomUnit(random) + Vec3<double>(0, 0, 2), randomUnit(random));
-               const std::vector<double> truth = ulr::krigingWeightsReference(samples, asked);
+               const std::vector<double> truth = weights::krigingWeightsReference(samples, asked);
                const std::vector<double> naive = plainKriging(samples, asked);
                std::vector<double> ours(16, 0);
-               for (const auto& [index, weight] : ulr::krigingWeights(samples, asked))
+               for (const auto& [index, weight] : weights::krigingWeights(samples, asked))
                  ours[index] = double{weight};
                for (size_t i = 0; i < 16; ++i) {
                  raise(result.naive, std::abs(naive[i] - truth[i]));
@@ -266,7 +267,7 @@ double plainPlaneWeight(const std::vector<Direction>& lights, const Direction& t
   for (Eigen::Index i = 0; i < a.rows(); ++i) {
     const Eigen::Vector3f d = lights[i].raw();
     a.row(i) << 1, d.dot(e1), d.dot(e2);
-    w[i] = 1 / std::max(ulr::anglePenalty(lights[i], towards), 1e-12f);
+    w[i] = 1 / std::max(weights::anglePenalty(lights[i], towards), 1e-12f);
   }
   const Eigen::Matrix3f normal = a.transpose() * w.asDiagonal() * a;
   const Eigen::VectorXf weights = w.asDiagonal() * a * normal.inverse() * Eigen::Vector3f::UnitX();
@@ -275,8 +276,8 @@ double plainPlaneWeight(const std::vector<Direction>& lights, const Direction& t
 
 double ourPlaneWeight(const std::vector<Direction>& lights, const Direction& towards) {
   double largest = 0;
-  for (const float weight : ulr::lights::weightsOf(lights, towards, {8, ulr::LightFit::plane, false},
-                                                   ulr::lights::coverageOf(lights)))
+  for (const float weight : weights::lights::weightsOf(lights, towards, {8, weights::LightFit::plane, false},
+                                                       weights::lights::coverageOf(lights)))
     raise(largest, std::abs(double{weight}));
   return largest;
 }

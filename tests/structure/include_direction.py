@@ -14,8 +14,8 @@ import sys
 SURFEL = ["surfel/base", "surfel/math", "surfel/geometry"]
 CAPTURE = SURFEL + ["srf/image", "srf/capture"]
 PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
-ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/ulr", "srf/shading"]
-SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/ulr", "warp", "render/scene"]
+ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/weights", "srf/shading"]
+SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/weights", "warp", "render/scene"]
 LIGHT_FIELD = SURFEL + SCENE + ["srf/proxy", "render/method", "render/gl", "render/lightfield/common"]
 LIBRARY = ["surfel", "srf", "warp", "render"]
 BELOW = {
@@ -33,8 +33,8 @@ BELOW = {
     "srf/proxy": PROXY,
     "srf/validation": CAPTURE + ["srf/proxy/mesh"],
     "srf/codec": ["surfel/base", "surfel/math", "srf/image"],
-    "srf/ulr": SURFEL + ["surfel", "srf/image", "srf/capture"],
-    "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/ulr"],
+    "srf/weights": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec"],
+    "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/weights"],
     "srf/model": ASKED,
     "warp": SURFEL + ["surfel"],
     "render/scene": SCENE,

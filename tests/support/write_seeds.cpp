@@ -92,7 +92,7 @@ void writeViews(const fs::path& folder) {
 void writeFades(const fs::path& folder) {
   for (const uint32_t surfels : {0u, 1u, 50u}) {
     const uint32_t views = 3;
-    ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
+    weights::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
     for (uint8_t& fade : visibility.values) fade = static_cast<uint8_t>(randomBits());
     std::string seed =
         textOf(std::as_bytes(std::span(&surfels, 1))) + textOf(std::as_bytes(std::span(&views, 1)));

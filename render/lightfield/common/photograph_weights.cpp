@@ -1,7 +1,7 @@
 #include "render/lightfield/common/photograph_weights.h"
 
-#include "srf/ulr/environment_map.h"
-#include "srf/ulr/light_blend.h"
+#include "srf/weights/environment_map.h"
+#include "srf/weights/light_blend.h"
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
@@ -40,13 +40,13 @@ LightsSeen lightsFrom(std::span<const capture::Light> lights, const Place& middl
 std::optional<size_t> lightAt(std::span<const Towards> lights, const Towards& towards) {
   constexpr double kSameLight = 0.5e-10; // penalty of 1e-5 radians
   const size_t nearest = nearestLight(lights, towards);
-  if (ulr::anglePenalty(lights[nearest], towards) > kSameLight) return std::nullopt;
+  if (weights::anglePenalty(lights[nearest], towards) > kSameLight) return std::nullopt;
   return nearest;
 }
 
 // Irradiance that each captured light stands for, E_l.
 std::vector<Rgb> assignedIrradiance(const LightsSeen& seen, const capture::Light& light,
-                                    ulr::LightExtrapolation extrapolation, const Place& middle) {
+                                    weights::LightExtrapolation extrapolation, const Place& middle) {
   std::vector<Rgb> assigned(seen.towards.size());
   const Towards towards = capture::towardsLight(light, middle);
   const Rgb irradiance = capture::irradianceAt(light, middle);
@@ -56,19 +56,19 @@ std::vector<Rgb> assignedIrradiance(const LightsSeen& seen, const capture::Light
   }
   std::vector<Direction3<AcquisitionSpace>> rounded;
   for (const Towards& captured : seen.towards) rounded.push_back(captured.cast<float>());
-  const ulr::LightExtrapolationFade coverage(seen.towards);
+  const weights::LightExtrapolationFade coverage(seen.towards);
   for (const auto& [l, weight] :
-       ulr::blendOfLights(rounded, towards.cast<float>(), {}, coverage, extrapolation))
+       weights::blendOfLights(rounded, towards.cast<float>(), {}, coverage, extrapolation))
     assigned[l] = weight * irradiance;
   return assigned;
 }
 
 // Sum of the irradiance of all texels that are nearest to each captured light.
 std::vector<Rgb>
-irradianceByNearestLight(std::span<const Towards> lights, const ulr::EnvironmentMap& environment,
+irradianceByNearestLight(std::span<const Towards> lights, const weights::EnvironmentMap& environment,
                          const Rotation<AcquisitionSpace, EnvironmentSpace>& acquisitionFromEnvironment,
                          const Progress& progress) {
-  const std::vector<ulr::EnvironmentLight>& texels = environment.texels;
+  const std::vector<weights::EnvironmentLight>& texels = environment.texels;
   std::vector<uint32_t> nearest(texels.size());
   const Mat3<double> rotation = acquisitionFromEnvironment.matrix();
   tbb::parallel_for(size_t{0}, texels.size(), [&](size_t i) {

@@ -7,7 +7,7 @@
 //
 // [Weyrich 2005, Fig. 2] assigns each texel of an environment to its nearest captured light. A directional or
 // point light is shared by the nearest captured lights with the weights of unstructured lumigraph rendering
-// (srf/ulr/ulr.h) for its direction from the object's middle.
+// (srf/weights/ulr.h) for its direction from the object's middle.
 #pragma once
 
 #include "render/scene/scene.h"

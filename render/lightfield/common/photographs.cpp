@@ -3,7 +3,7 @@
 #include "render/lightfield/common/edge_distance.h"
 #include "srf/image/half_float.h"
 #include "srf/image/percentile.h"
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/fades.h"
 
 #include <tbb/parallel_for.h>
 
@@ -121,7 +121,7 @@ std::optional<Photographs::Sample> Photographs::at(size_t photograph, capture::P
         between([c](const HalfPixel& pixel) { return image::floatOfHalf(pixel[c]); });
   const float edge = between([](const HalfPixel& pixel) { return static_cast<float>(pixel[3]); });
   sample.fade =
-      static_cast<float>(ulr::smoothStep(0, kFarFromEdges * kCodesPerPixel, static_cast<double>(edge)));
+      static_cast<float>(weights::smoothStep(0, kFarFromEdges * kCodesPerPixel, static_cast<double>(edge)));
   return sample;
 }
 

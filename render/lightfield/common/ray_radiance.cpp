@@ -1,6 +1,6 @@
 #include "render/lightfield/common/ray_radiance.h"
 
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 #include "surfel/base/error.h"
 #include "surfel/geometry/mesh.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 // Colours of several views at P, offered in the order of their penalties.
 struct Candidates {
-  ulr::NearestCandidates nearest;
+  weights::NearestCandidates nearest;
   std::vector<Eigen::Vector3f> colors; // by candidate's index
 
   void offer(double penalty, const Eigen::Vector3f& color) {
@@ -25,7 +25,7 @@ struct Candidates {
   }
   Eigen::Vector3f blended() const {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (const ulr::Blended& blended : ulr::ulrWeights(nearest))
+    for (const weights::Blended& blended : weights::ulrWeights(nearest))
       sum += blended.weight * colors[blended.index];
     return sum;
   }
@@ -35,8 +35,9 @@ struct Candidates {
 
 RayRadiance::RayRadiance(const Views& views, const RayBlend& blend, const Progress& progress)
     : input_(views), blend_(blend), photographs_(views, progress), sight_(photographs_, views.rays()) {
-  if (blend.views < 1 || blend.views > ulr::kMaxBlended)
-    throw Error::mismatch("1.." + std::to_string(ulr::kMaxBlended), std::to_string(blend.views)).at("views");
+  if (blend.views < 1 || blend.views > weights::kMaxBlended)
+    throw Error::mismatch("1.." + std::to_string(weights::kMaxBlended), std::to_string(blend.views))
+        .at("views");
 }
 
 RaySample RayRadiance::along(const Point3<AcquisitionSpace, double>& origin,
@@ -55,12 +56,12 @@ RaySample RayRadiance::along(const Point3<AcquisitionSpace, double>& origin,
   thread_local std::vector<Order> order;
   order.clear();
   for (size_t i = 0; i < sight_.photographs(); ++i)
-    order.push_back({ulr::anglePenalty(back, sight_.towards(i, p)), i});
+    order.push_back({weights::anglePenalty(back, sight_.towards(i, p)), i});
   const auto later = [](const Order& a, const Order& b) {
     return std::pair(a.penalty, a.photograph) > std::pair(b.penalty, b.photograph);
   };
   std::ranges::make_heap(order, later);
-  Candidates candidates{ulr::NearestCandidates(blend_.views), {}};
+  Candidates candidates{weights::NearestCandidates(blend_.views), {}};
   while (!order.empty()) {
     std::ranges::pop_heap(order, later);
     const auto [penalty, photograph] = order.back();

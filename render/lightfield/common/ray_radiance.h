@@ -1,6 +1,6 @@
 // Radiance along rays, from photographs of the point where a ray first meets the object.
 //
-// [Buehler 2001] (srf/ulr/ulr.h)
+// [Buehler 2001] (srf/weights/ulr.h)
 // Symbols: P the point where a ray first meets the object; penalty_c the penalty of view c: 1 - cos(angle at
 // P between the ray and the direction to c), divided by the fades of c.
 #pragma once
@@ -18,7 +18,7 @@
 namespace surflect::lightfield {
 
 struct RayBlend {
-  size_t views = 4;     // blended for each ray, 1..ulr::kMaxBlended
+  size_t views = 4;     // blended for each ray, 1..weights::kMaxBlended
   bool nearest = false; // takes the nearest view alone
 };
 

@@ -6,7 +6,7 @@
 #include "srf/capture/writer.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
-#include "srf/ulr/environment_map.h"
+#include "srf/weights/environment_map.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/resumable_folder.h"
@@ -159,7 +159,7 @@ bool hasSingleFloats(const capture::Capture& capture, std::span<const size_t> fr
 
 image::Precision precisionFor(const capture::Capture& capture, std::span<const size_t> frames,
                               const capture::Photograph& sum) {
-  const auto fits = [](float value) { return std::abs(value) <= ulr::kLargestHalf; };
+  const auto fits = [](float value) { return std::abs(value) <= weights::kLargestHalf; };
   return hasSingleFloats(capture, frames) || !std::ranges::all_of(sum.radiance.values, fits)
              ? image::Precision::single
              : image::Precision::half;

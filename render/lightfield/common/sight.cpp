@@ -1,6 +1,6 @@
 #include "render/lightfield/common/sight.h"
 
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/fades.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +65,8 @@ std::optional<Observation> Sight::observe(size_t photograph, const SurfacePoint&
   if (!sample) return std::nullopt;
   const Point lifted = point.position + assume<Direction>(offset * point.face);
   if (rays_.occluded(lifted, towards, offset, viewpoint.distance(point.position))) return std::nullopt;
-  const double fade = ulr::grazingFade(towards.raw().dot(point.normal)) *
-                      ulr::borderFade(camera.lens, *pixel) * static_cast<double>(sample->fade);
+  const double fade = weights::grazingFade(towards.raw().dot(point.normal)) *
+                      weights::borderFade(camera.lens, *pixel) * static_cast<double>(sample->fade);
   return Observation{static_cast<uint32_t>(photograph), towards.cast<float>(), sample->radiance,
                      static_cast<float>(std::max(kLeastFade, fade))};
 }

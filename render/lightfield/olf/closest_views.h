@@ -1,6 +1,6 @@
 // Closest views of a vertex for a viewing direction, with their weights.
 //
-// [Vlasic 2003] Vlasic et al.: Opacity Light Fields, I3D.   [Buehler 2001] as in srf/ulr/ulr.h.
+// [Vlasic 2003] Vlasic et al.: Opacity Light Fields, I3D.   [Buehler 2001] as in srf/weights/ulr.h.
 // Symbols: C_i direction towards view i, d towards the viewer; p_i = 1 - cos(C_i, d) penalty, r_i relevance,
 // w_i weight.
 #pragma once

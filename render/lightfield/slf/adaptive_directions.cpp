@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/adaptive_directions.h"
 
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 
 #include <tbb/parallel_for.h>
 
@@ -87,7 +87,7 @@ DirectionalRadiance directionalRadiance(const Observations& observations, const 
       result.radiance[i][t] = radiance[i];
       const auto r = fine.directions()[i].cast<float>();
       result.isObserved[i][t] = std::ranges::any_of(those, [&](const Observation& observation) {
-        return ulr::anglePenalty(observation.towards, r) <= spacings[i];
+        return weights::anglePenalty(observation.towards, r) <= spacings[i];
       });
     }
   });

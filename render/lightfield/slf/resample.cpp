@@ -3,7 +3,7 @@
 #include "render/lightfield/common/pull_push.h"
 #include "render/lightfield/slf/blackout_cone.h"
 #include "srf/image/half_float.h"
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 
 #include <tbb/parallel_for.h>
 
@@ -31,7 +31,7 @@ void fillUnseen(std::vector<Texel>& texture, int width, const Observations& obse
 bool isObserved(std::span<const Observation> observations, const Direction3<AcquisitionSpace>& r,
                 float spacing) {
   return std::ranges::any_of(observations, [&](const Observation& observation) {
-    return ulr::anglePenalty(observation.towards, r) <= spacing;
+    return weights::anglePenalty(observation.towards, r) <= spacing;
   });
 }
 
@@ -84,7 +84,7 @@ std::vector<float> spacingPenalties(const DirectionMesh& directions) {
     for (size_t corner = 0; corner < 3; ++corner) {
       const uint32_t a = corners[corner], b = corners[(corner + 1) % 3];
       const auto penalty =
-          static_cast<float>(ulr::anglePenalty(directions.directions()[a], directions.directions()[b]));
+          static_cast<float>(weights::anglePenalty(directions.directions()[a], directions.directions()[b]));
       spacings[a] = std::max(spacings[a], penalty);
       spacings[b] = std::max(spacings[b], penalty);
     }

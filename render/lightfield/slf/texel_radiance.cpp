@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/texel_radiance.h"
 
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 
 #include <Eigen/Cholesky>
 
@@ -50,7 +50,7 @@ std::vector<Vec3<float>> nearestRadiance(std::span<const Observation> observatio
     const auto r = directions.directions()[i].cast<float>();
     float least = std::numeric_limits<float>::infinity();
     for (const Observation& observation : observations) {
-      const float penalty = ulr::anglePenalty(observation.towards, r);
+      const float penalty = weights::anglePenalty(observation.towards, r);
       if (penalty < least) least = penalty, radiance[i] = observation.radiance;
     }
     radiance[i] = notBelowZero(radiance[i]);
@@ -65,10 +65,11 @@ std::vector<Vec3<float>> blendedRadiance(std::span<const Observation> observatio
   for (size_t i = 0; i < radiance.size(); ++i) {
     if (!isUsed[i]) continue;
     const auto r = directions.directions()[i].cast<float>();
-    ulr::NearestCandidates nearest(kBlended);
+    weights::NearestCandidates nearest(kBlended);
     for (uint32_t v = 0; v < observations.size(); ++v)
-      nearest.offer({v, ulr::anglePenalty(observations[v].towards, r) / observations[v].fade});
-    for (const auto& [v, weight] : ulr::ulrWeights(nearest)) radiance[i] += weight * observations[v].radiance;
+      nearest.offer({v, weights::anglePenalty(observations[v].towards, r) / observations[v].fade});
+    for (const auto& [v, weight] : weights::ulrWeights(nearest))
+      radiance[i] += weight * observations[v].radiance;
     radiance[i] = notBelowZero(radiance[i]);
   }
   return radiance;

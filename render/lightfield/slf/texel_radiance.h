@@ -21,7 +21,7 @@ using lightfield::Observation;
 
 enum class Blend {
   nearest, // the photograph from nearest to the direction  [Azuma 1999, §5.1]
-  ulr,     // blend of the kBlended nearest ones, weighted as in srf/ulr/ulr.h  [Buehler 2001]
+  ulr,     // blend of the kBlended nearest ones, weighted as in srf/weights/ulr.h  [Buehler 2001]
   fitted   // least squares: what is drawn agrees best with all photographs that see the texel
 };
 

@@ -105,7 +105,7 @@ void expectThePolarFactorIsTheProgramsOwn(const model::Model& model) {
 TEST(Directions, FramesByThePolarFactorAreTheProgramsOwn) {
   studio::PackedStudio packed({}, 1500);
   expectThePolarFactorIsTheProgramsOwn(packed.model);
-  packed.model.interpolation = {.kind = ulr::Interpolation::kriging, .shadows = true};
+  packed.model.interpolation = {.kind = weights::Interpolation::kriging, .shadows = true};
   ASSERT_TRUE(surfels::castsShadows(packed.model, {}));
   expectThePolarFactorIsTheProgramsOwn(packed.model);
 }

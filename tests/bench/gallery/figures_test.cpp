@@ -5,7 +5,7 @@
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
-#include "srf/ulr/environment_map.h"
+#include "srf/weights/environment_map.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <gtest/gtest.h>

@@ -188,7 +188,7 @@ protected:
 
   static ChartOptions options() {
     ChartOptions options;
-    options.renderer.interpolation = ulr::Interpolation::separate; // its knobs matter under lamps too
+    options.renderer.interpolation = weights::Interpolation::separate; // its knobs matter under lamps too
     options.frames = 3;
     options.timedFrames = 1;
     options.rounds = 1;

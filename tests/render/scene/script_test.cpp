@@ -444,19 +444,19 @@ uncovered = "extrapolate"
 TEST(Script, AnEnvironmentHoldsWhatItSays) {
   const auto full = std::get<EnvironmentLightMotion>(parse(studioLight).lights[0]);
   EXPECT_EQ(full.image, "shots/maps/studio.exr");
-  EXPECT_EQ(full.mapping, ulr::EnvironmentMapping::angular);
+  EXPECT_EQ(full.mapping, weights::EnvironmentMapping::angular);
   EXPECT_EQ(full.up[2].at({}), 1);
   EXPECT_EQ(full.rotateDeg.at({2, 0, 0}), 60);
   EXPECT_EQ(full.color[1].at({}), 0.5);
   EXPECT_EQ(full.intensity.at({}), 2);
   EXPECT_EQ(full.error, 0.05);
-  EXPECT_EQ(full.extrapolation, ulr::LightExtrapolation::clamp);
+  EXPECT_EQ(full.extrapolation, weights::LightExtrapolation::clamp);
   const auto bare = std::get<EnvironmentLightMotion>(
       parse("[[light]]\ntype = \"environment\"\nimage = \"/a.hdr\"").lights[0]);
   EXPECT_EQ(bare.image, "/a.hdr");
   EXPECT_FALSE(bare.mapping);
   EXPECT_EQ(bare.up[1].at({}), 1);
-  EXPECT_EQ(bare.extrapolation, ulr::LightExtrapolation::fade);
+  EXPECT_EQ(bare.extrapolation, weights::LightExtrapolation::fade);
 }
 
 TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
@@ -476,8 +476,8 @@ TEST(Script, LampsFadeWhenAsked) {
   const Script script = parse("[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nuncovered = \"fade\"\n"
                               "[[light]]\ntype = \"directional\"\ndirection = [1, 2, 3]");
   const auto lights = lightsAt(script, {});
-  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).extrapolation, ulr::LightExtrapolation::fade);
-  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).extrapolation, ulr::LightExtrapolation::clamp);
+  EXPECT_EQ(std::get<ShotPointLight>(lights[0]).extrapolation, weights::LightExtrapolation::fade);
+  EXPECT_EQ(std::get<ShotDirectionalLight>(lights[1]).extrapolation, weights::LightExtrapolation::clamp);
 }
 
 TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {

@@ -44,7 +44,7 @@ void expectShadow(const SurfelCloud& cloud, const warp::Warp& warp, const scene:
   std::vector<uint32_t> surfels;
   for (uint32_t i = 0; i < cloud.size(); ++i)
     if (cloud.p0[i].z() == 0 && std::abs(cloud.p0[i].y()) < 0.2f) surfels.push_back(i);
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   shadows.fill(deformed, surfels, batch);
   ASSERT_EQ(batch.reached.size(), surfels.size());
   size_t hidden = 0;
@@ -85,27 +85,27 @@ TEST(CastShadows, WhatTurnsAwayIsInShadow) {
   const auto still = warp::chainWarp({});
   const scene::Scene scene{*still, {}, {lamp(0, -1)}};
   const CastShadows shadows(allOf(cloud), cloud, scene);
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   const std::vector<uint32_t> surfels{0, 1, 2};
   shadows.fill(warp::deform(cloud, *still), surfels, batch);
   EXPECT_EQ(batch.reached, (std::vector<float>{0, 0, 0}));
 }
 
-// Pairs with the requested half vector may show the surfel turned away from the light.
-TEST(CastShadows, AreUsedByPairsEvenIfTheModelChoseNoneForKriging) {
-  shading::ReflectanceField field;
+TEST(CastShadows, AreUsedUnderKrigingIfTheModelOrTheOptionChoosesThem) {
+  weights::ReflectanceField field;
   field.rig.lights.resize(1);
   field.lightVisibility.emplace();
   field.levels.emplace();
+  const weights::ShadeOptions separate{.interpolation = weights::Interpolation::separate},
+      kriging{.interpolation = weights::Interpolation::kriging};
+  EXPECT_TRUE(castsShadows(field, kriging, {}));
+  EXPECT_FALSE(castsShadows(field, kriging, false));
+  EXPECT_FALSE(castsShadows(field, separate, true));
   field.interpolation.shadows = false;
-  const shading::ShadeOptions pairs{.interpolation = ulr::Interpolation::pairs},
-      kriging{.interpolation = ulr::Interpolation::kriging};
-  EXPECT_TRUE(castsShadows(field, pairs, {}));
-  EXPECT_FALSE(castsShadows(field, pairs, false));
   EXPECT_FALSE(castsShadows(field, kriging, {}));
   EXPECT_TRUE(castsShadows(field, kriging, true));
   field.lightVisibility.reset();
-  EXPECT_FALSE(castsShadows(field, pairs, {}));
+  EXPECT_FALSE(castsShadows(field, kriging, true));
 }
 
 TEST(Occluders, AreTheFinestLevelThatIsSmallEnough) {

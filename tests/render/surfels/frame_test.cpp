@@ -155,12 +155,12 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   for (const size_t surfelsPerPatch : {1, 8}) {
     options.surfelsPerPatch = surfelsPerPatch;
-    options.shade.targetsAtOnce = shading::kTargetsAtOnce;
+    options.shade.targetsAtOnce = weights::kTargetsAtOnce;
     const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
     for (const int threads : {1, 2})
       for (const auto& [cacheBytes, targets] : {std::pair<size_t, size_t>{0, 700},
                                                 {size_t{1} << 28, 33},
-                                                {size_t{1} << 28, shading::kTargetsAtOnce}})
+                                                {size_t{1} << 28, weights::kTargetsAtOnce}})
         tbb::task_arena(threads).execute([&, cacheBytes = cacheBytes, targets = targets] {
           FrameWorkspace workspace(model(), cacheBytes);
           options.shade.targetsAtOnce = targets;
@@ -242,7 +242,7 @@ TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
 }
 
 TEST_F(FrameOfSphere, PredictingErrorsLeavesTheColorAsItIs) {
-  for (const ulr::Interpolation kind : {ulr::Interpolation::paper, ulr::Interpolation::kriging}) {
+  for (const weights::Interpolation kind : {weights::Interpolation::paper, weights::Interpolation::kriging}) {
     FrameOptions options;
     options.shade.interpolation = kind;
     const FrameLayers plain = filmOf(model(), *noWarp(), camera, lights, options);

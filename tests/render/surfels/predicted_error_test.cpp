@@ -1,6 +1,6 @@
 #include "render/surfels/predicted_error.h"
 
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 
 #include <gtest/gtest.h>
 
@@ -94,10 +94,10 @@ TEST(PredictedError, ReusesMemoryOfAnySize) {
   EXPECT_EQ(reused.values, fresh.values);
 }
 
-// ulr::confidenceOf limits penalties to 30.
+// weights::confidenceOf limits penalties to 30.
 TEST(PredictedError, TheViewGapIsTheBestPenaltyUpToOne) {
   std::vector<float> penalties{0, 0.001f, 0.1f, 0.5f, 1, 2, 29, 1000}, confidence;
-  for (const float penalty : penalties) confidence.push_back(ulr::confidenceOf(penalty));
+  for (const float penalty : penalties) confidence.push_back(weights::confidenceOf(penalty));
   const std::vector<float> gaps = viewGaps(confidence);
   for (size_t i = 0; i < penalties.size(); ++i) EXPECT_NEAR(gaps[i], std::min(1.f, penalties[i]), 1e-6) << i;
 }

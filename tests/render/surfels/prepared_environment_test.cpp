@@ -5,7 +5,7 @@
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"
 #include "srf/image/exr.h"
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 #include "tests/render/films.h"
 #include "warp/deform.h"
 
@@ -37,11 +37,11 @@ double rootMeanSquare(const image::Image& a, const image::Image& b) {
   return std::sqrt(sum / static_cast<double>(a.values.size()));
 }
 
-using SharedMap = std::shared_ptr<const ulr::EnvironmentMap>;
+using SharedMap = std::shared_ptr<const weights::EnvironmentMap>;
 
 SharedMap mapOf(const image::Image& image) {
-  return std::make_shared<const ulr::EnvironmentMap>(
-      ulr::environmentOf(image, ulr::EnvironmentMapping::latLong));
+  return std::make_shared<const weights::EnvironmentMap>(
+      weights::environmentOf(image, weights::EnvironmentMapping::latLong));
 }
 
 // A sky, a dark ground and two suns of different colour.
@@ -52,7 +52,7 @@ SharedMap liveliest(int height) {
   };
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < 2 * height; ++x) {
-      const Vec3<double> d = ulr::latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
+      const Vec3<double> d = weights::latLongDirection((x + 0.5) / (2 * height), (y + 0.5) / height).raw();
       const double sky = 0.6 + 0.4 * d[1], warm = 30 * sun(d, {1, 1, -1}), cold = 20 * sun(d, {-2, 0.3, 0.5});
       const std::array rgb{sky + warm, sky + 0.5 * (warm + cold), 1.5 * sky + cold};
       for (size_t c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(rgb[c]);
@@ -80,8 +80,8 @@ TEST(EnvironmentFilm, ALambertSphereUnderAConstantMapOfOneIsItsAlbedo) {
 // Weights of cameras and lights apart, and kriging with shadows.
 std::array<FrameOptions, 2> bySeparateAndPairs() {
   std::array<FrameOptions, 2> both;
-  both[0].shade.interpolation = ulr::Interpolation::separate;
-  both[1].shade.interpolation = ulr::Interpolation::kriging;
+  both[0].shade.interpolation = weights::Interpolation::separate;
+  both[1].shade.interpolation = weights::Interpolation::kriging;
   both[1].shadows = true;
   return both;
 }
@@ -160,7 +160,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   FrameOptions plain;
   plain.shade.foreshortened = false; // otherwise weights depend on the normal
   plain.shade.lights = 4;
-  plain.shade.lightFit = ulr::LightFit::plane; // less steep than the mean
+  plain.shade.lightFit = weights::LightFit::plane; // less steep than the mean
   const auto& rig = model().rig.lights;
   std::vector<Vec3<double>> filtered(rig.size(), Vec3<double>::Zero());
   std::vector<Direction3<AcquisitionSpace>> towardsCaptured;
@@ -169,12 +169,12 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
     covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
     towardsCaptured.push_back(covering.back().cast<float>());
   }
-  const ulr::LightExtrapolationFade coverage(covering);
+  const weights::LightExtrapolationFade coverage(covering);
   for (const auto& texel : map->texels) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
-         ulr::blendOfLights(towardsCaptured, towards, shading::lightBlend(model(), plain.shade), coverage,
-                            ulr::LightExtrapolation::fade))
+         weights::blendOfLights(towardsCaptured, towards, weights::lightBlend(model(), plain.shade), coverage,
+                                weights::LightExtrapolation::fade))
       filtered[light] += weight * Vec3<double>(texel.irradiance.r, texel.irradiance.g, texel.irradiance.b);
   }
   image::Image relit(pictureSize, pictureSize, 4);
@@ -200,7 +200,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
   const auto deformed = warp::deform(model().cloud, *noWarp());
   const std::vector<uint32_t> some{3, 500, 1200};
   const PreparedEnvironment prepared =
-      prepareEnvironment(*map, 0.01, ulr::LightExtrapolation::fade, model(), plain.shade);
+      prepareEnvironment(*map, 0.01, weights::LightExtrapolation::fade, model(), plain.shade);
   const PreparedEnvironment* const environments[] = {&prepared};
   const auto batch = queriesAt(model().cloud, deformed, some, camera, lightOf(map), environments);
   for (const auto& turn : batch.acquisitionFromEnvironment)
@@ -210,7 +210,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
 // Compares with a light for each texel of the map, without a table, under a warp.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
-  const PreparedEnvironment exact{map->texels, ulr::LightExtrapolation::fade, std::nullopt, {}};
+  const PreparedEnvironment exact{map->texels, weights::LightExtrapolation::fade, std::nullopt, {}};
   const PreparedEnvironment* const environments[] = {&exact};
   const auto deformed = warp::deform(model().cloud, *warp);
   const splat::SplatRaster raster = look(camera, model().cloud, deformed);
@@ -223,7 +223,7 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
                      {}, cache, stats));
   const float brightest = *std::ranges::max_element(truth.values);
   for (const double error : {0.1, 0.01}) {
-    const auto prepared = prepareEnvironment(*map, error, ulr::LightExtrapolation::fade, model(), {});
+    const auto prepared = prepareEnvironment(*map, error, weights::LightExtrapolation::fade, model(), {});
     EXPECT_LT(prepared.lights.size(), map->texels.size() / 5);
     const image::Image film =
         filmOf(model(), *warp, camera, lightOf(map, Mat3<double>::Identity(), error)).color;
@@ -236,7 +236,7 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
 // must stay below `error`. For rigs of several sizes, a map with strong variation and a constant map,
 // randomly rotated.
 TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
-  constexpr ulr::LightBlend mean{3, ulr::LightFit::mean}, plane{4, ulr::LightFit::plane};
+  constexpr weights::LightBlend mean{3, weights::LightFit::mean}, plane{4, weights::LightFit::plane};
   constexpr int height = 128;
   image::Image white(2 * height, height, 3);
   std::ranges::fill(white.values, 1.f);
@@ -250,14 +250,15 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
       covering.push_back(std::get<capture::DirectionalLight>(light.kind).towards);
       captured.push_back(covering.back().cast<float>());
     }
-    const ulr::LightExtrapolationFade coverage(covering);
-    const auto weightsOf = [&](std::span<const ulr::EnvironmentLight> environment, const Mat3<float>& turn) {
+    const weights::LightExtrapolationFade coverage(covering);
+    const auto weightsOf = [&](std::span<const weights::EnvironmentLight> environment,
+                               const Mat3<float>& turn) {
       std::vector<double> weights(model.rig.lights.size());
       double whole = 0;
       for (const auto& [direction, irradiance, spread] : environment) {
         const auto towards = assume<Direction3<AcquisitionSpace>>(turn * direction.raw());
         for (const auto& [light, weight] :
-             ulr::blendOfLights(captured, towards, how, coverage, ulr::LightExtrapolation::clamp))
+             weights::blendOfLights(captured, towards, how, coverage, weights::LightExtrapolation::clamp))
           weights[light] += weight * irradiance.g;
         whole += irradiance.g;
       }
@@ -272,7 +273,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
         exact.push_back(weightsOf(map->texels, turns.back()));
       }
       for (const double error : {0.1, 0.03, 0.01}) {
-        const auto prepared = prepareEnvironment(*map, error, ulr::LightExtrapolation::clamp, model, {});
+        const auto prepared = prepareEnvironment(*map, error, weights::LightExtrapolation::clamp, model, {});
         for (size_t trial = 0; trial < turns.size(); ++trial) {
           const auto got = weightsOf(prepared.lights, turns[trial]);
           double sum = 0;
@@ -328,8 +329,8 @@ TEST_F(EnvironmentOfSphere, AddsUpWithLampsAndItsBlendIsTheMean) {
 // Kriging changes the picture under a map as it changes the picture under the map's key lights.
 TEST_F(EnvironmentOfSphere, KeyLightsAreWeightedByPairs) {
   FrameOptions separate, kriging;
-  separate.shade.interpolation = ulr::Interpolation::separate;
-  kriging.shade.interpolation = ulr::Interpolation::kriging;
+  separate.shade.interpolation = weights::Interpolation::separate;
+  kriging.shade.interpolation = weights::Interpolation::kriging;
   kriging.shadows = true;
   EnvironmentCache cache;
   const auto still = noWarp();
@@ -363,11 +364,11 @@ TEST_F(EnvironmentOfSphere, IsPreparedOnceForEachMapAndSetting) {
   EXPECT_LT(coarse.lights.size(), fine.lights.size());
   EXPECT_EQ(&cache.prepared(coarsened(light(0.01), 0.1), model(), {}), &coarse);
   EXPECT_EQ(&cache.prepared(coarsened(light(0.1), 0.01), model(), {}), &coarse);
-  shading::ShadeOptions nearest;
+  weights::ShadeOptions nearest;
   nearest.nearest = true;
   EXPECT_NE(&cache.prepared(light(0.01), model(), nearest), &fine);
-  shading::ShadeOptions kriging;
-  kriging.interpolation = ulr::Interpolation::kriging;
+  weights::ShadeOptions kriging;
+  kriging.interpolation = weights::Interpolation::kriging;
   EXPECT_NE(&cache.prepared(light(0.01), model(), kriging), &fine);
 }
 

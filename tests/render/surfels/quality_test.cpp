@@ -39,7 +39,7 @@ double distance(Rgb a, Rgb b) {
 
 // Colour of each surfel's camera blend, seen from its own place on the path.
 std::vector<Rgb> cameraBlend(const model::Model& model, std::span<const double> places) {
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   batch.lights = model.rig.lights.empty() ? 0 : 1;
   for (uint32_t i = 0; i < places.size(); ++i) {
     const V3 eye = studio::cameraDistance * alongPath(places[i]);

@@ -54,7 +54,7 @@ Scene randomScene(size_t count, Rng& random) {
   return scene;
 }
 
-shading::QueryBatch queries(const Scene& scene) {
+weights::QueryBatch queries(const Scene& scene) {
   return queriesAt(scene.rest, scene.deformed, scene.surfels, scene.camera, scene.lights);
 }
 
@@ -69,7 +69,7 @@ TEST(QueryKernel, AnswerAsOneSurfelAfterTheOther) {
     for (const auto model : {capture::Lens::Model::pinhole, capture::Lens::Model::orthographic}) {
       Scene scene = randomScene(1500, random);
       scene.camera.lens.model = model;
-      const shading::QueryBatch batch = queries(scene);
+      const weights::QueryBatch batch = queries(scene);
       ASSERT_EQ(batch.size(), scene.surfels.size());
       ASSERT_EQ(batch.lights, scene.lights.size());
       const capture::Viewpoint viewpoint(scene.camera);
@@ -107,7 +107,7 @@ TEST(QueryKernel, Avx2AndAvx512GiveTheSameBits) {
   Rng random(2);
   const Scene scene = randomScene(3000, random);
   const auto run = [&] { return queries(scene); };
-  const shading::QueryBatch a = inSimd(Simd::avx2, run), b = inSimd(Simd::avx512, run);
+  const weights::QueryBatch a = inSimd(Simd::avx2, run), b = inSimd(Simd::avx512, run);
   EXPECT_TRUE(sameBits(a.towardsView, b.towardsView));
   EXPECT_TRUE(sameBits(a.towardsLight, b.towardsLight));
   EXPECT_TRUE(sameBits(a.irradiance, b.irradiance));
@@ -117,11 +117,11 @@ TEST(QueryKernel, AQueryDoesNotDependOnItsNeighbours) {
   Rng random(3);
   for ([[maybe_unused]] const Simd simd : EachSimd()) {
     Scene scene = randomScene(300, random);
-    const shading::QueryBatch all = queries(scene);
+    const weights::QueryBatch all = queries(scene);
     for (const size_t skipped : {1, 3, 190}) {
       Scene some = scene;
       some.surfels.erase(some.surfels.begin(), some.surfels.begin() + static_cast<ptrdiff_t>(skipped));
-      const shading::QueryBatch rest = queries(some);
+      const weights::QueryBatch rest = queries(some);
       for (size_t i = 0; i < rest.size(); ++i) {
         EXPECT_EQ(rest.towardsView[i], all.towardsView[i + skipped]);
         for (size_t l = 0; l < all.lights; ++l) {
@@ -140,7 +140,7 @@ TEST(QueryKernel, ALightOnASurfelGivesItNothing) {
     const size_t query = 13, surfel = scene.surfels[query];
     auto& light = std::get<scene::ShotPointLight>(scene.lights[2]);
     light.position = scene.deformed.p[surfel].cast<double>();
-    const shading::QueryBatch batch = queries(scene);
+    const weights::QueryBatch batch = queries(scene);
     for (size_t i = 0; i < batch.size(); ++i) {
       EXPECT_EQ(batch.irradiance[i * batch.lights + 2] == Rgb(), i == query);
       EXPECT_NEAR(length(batch.towardsLight[i * batch.lights + 2]), 1, 2e-7f);

@@ -34,9 +34,8 @@ TEST_F(Reference, RenderFrameShowsTheReferenceFrame) {
     FrameWorkspace workspace(model, size_t{1} << 28);
     const image::Image fast =
         renderFrame(model, {*shot.warp, shot.camera, shot.lights}, shot.options, workspace).color;
-    DecodedBlocks blocks(workspace.cache);
     const ReferenceFrame reference =
-        referenceFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, blocks);
+        referenceFrame(model, *shot.warp, shot.camera, shot.lights, shot.options, workspace.cache);
     EXPECT_EQ(reference.visible, workspace.stats.visible);
     const double white = film::whiteOf(reference.color);
     ASSERT_GT(white, 0);
@@ -50,9 +49,8 @@ TEST_F(Reference, TakesNoEnvironment) {
   const model::Model model = doll(2);
   const bench::Shot shot = bench::dollShot(model.cloud, 32, 24, 1);
   codec::BlockCache cache(model.files, size_t{1} << 28);
-  DecodedBlocks blocks(cache);
   const scene::ShotLight light{std::in_place_type<scene::ShotEnvironment>};
-  EXPECT_THROW(referenceFrame(model, *shot.warp, shot.camera, {&light, 1}, shot.options, blocks), Error);
+  EXPECT_THROW(referenceFrame(model, *shot.warp, shot.camera, {&light, 1}, shot.options, cache), Error);
 }
 
 } // namespace

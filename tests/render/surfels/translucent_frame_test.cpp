@@ -67,9 +67,9 @@ TEST_F(TranslucentSphere, AlphaIsBentAndRelitWithItsSurfels) {
     }
 }
 
-TEST_F(TranslucentSphere, PairsBlendTheSameAlpha) {
+TEST_F(TranslucentSphere, KrigingBlendsTheSameAlpha) {
   FrameOptions options;
-  options.shade.interpolation = ulr::Interpolation::pairs;
+  options.shade.interpolation = weights::Interpolation::kriging;
   auto two = lights;
   two.push_back(scene::ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(Vec3<double>(0, 0.6, 0.8)), {1, 1, 1}});
@@ -82,13 +82,12 @@ TEST_F(TranslucentSphere, PairsBlendTheSameAlpha) {
 
 TEST_F(TranslucentSphere, TheReferenceDrawsTheSame) {
   FrameOptions options;
-  options.shade.interpolation = ulr::Interpolation::separate;
+  options.shade.interpolation = weights::Interpolation::separate;
   options.shade.foreshortened = false;
   codec::BlockCache cache(translucent->model.files, size_t{1} << 28);
-  DecodedBlocks blocks(cache);
   const image::Image fast = filmOf(translucent->model, *studio::noWarp(), camera, lights, options).color;
   const ReferenceFrame plain =
-      referenceFrame(translucent->model, *studio::noWarp(), camera, lights, options, blocks);
+      referenceFrame(translucent->model, *studio::noWarp(), camera, lights, options, cache);
   EXPECT_LT(studio::largestDifference(fast, plain.color), 1e-4);
 }
 

@@ -51,8 +51,8 @@ TEST_F(VerifySphere, AGoodModelKeepsAllBounds) {
 }
 
 TEST_F(VerifySphere, PhotographsComeBackForEveryInterpolation) {
-  for (const auto kind : {ulr::Interpolation::paper, ulr::Interpolation::separate, ulr::Interpolation::pairs,
-                          ulr::Interpolation::kriging}) {
+  for (const auto kind :
+       {weights::Interpolation::paper, weights::Interpolation::separate, weights::Interpolation::kriging}) {
     render::RendererOptions options;
     options.interpolation = kind;
     surfels::SurfelRenderer renderer(std::make_shared<model::Model>(model::openModel(model().folder)),

@@ -10,7 +10,7 @@ using namespace studio;
 TEST(InterpolationSelection, HighlightsAreWeightedByPairs) {
   const PackedStudio packed(Studio{.cameras = 30, .gloss = 1});
   const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
-  EXPECT_EQ(choice.kind, ulr::Interpolation::kriging);
+  EXPECT_EQ(choice.kind, weights::Interpolation::kriging);
   EXPECT_LE(choice.halfScale, 0.4f);
   ASSERT_TRUE(leftOut);
   EXPECT_GT(leftOut->chosenDb, leftOut->separateDb + 1);
@@ -22,7 +22,7 @@ TEST(InterpolationSelection, HighlightsAreWeightedByPairs) {
 TEST(InterpolationSelection, AMatteSphereKeepsSeparateWeights) {
   const PackedStudio packed(Studio{});
   const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
-  EXPECT_EQ(choice.kind, ulr::Interpolation::separate);
+  EXPECT_EQ(choice.kind, weights::Interpolation::separate);
   EXPECT_TRUE(foreshortened);
   ASSERT_TRUE(leftOut);
   EXPECT_EQ(leftOut->chosenDb, leftOut->separateDb);
@@ -37,7 +37,7 @@ TEST(InterpolationSelection, ACaptureWithGapsIsWeightedByPairsToo) {
   const PackedStudio packed(studio, 500);
   const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
   EXPECT_FALSE(packed.model.isFullProduct);
-  EXPECT_EQ(choice.kind, ulr::Interpolation::kriging);
+  EXPECT_EQ(choice.kind, weights::Interpolation::kriging);
   ASSERT_TRUE(leftOut);
   EXPECT_GT(leftOut->chosenDb, leftOut->separateDb + 1);
   EXPECT_EQ(packed.model.lightBlend.foreshortened, foreshortened);
@@ -46,7 +46,7 @@ TEST(InterpolationSelection, ACaptureWithGapsIsWeightedByPairsToo) {
 TEST(InterpolationSelection, TooFewCamerasOrLightsAreWeightedApart) {
   for (const Studio& few : {Studio{.cameras = 3}, Studio{.lights = 3}, Studio{.lights = 0}}) {
     const PackedStudio packed(few, 500);
-    EXPECT_EQ(packed.report.interpolation.choice, ulr::InterpolationChoice{});
+    EXPECT_EQ(packed.report.interpolation.choice, weights::InterpolationChoice{});
     EXPECT_FALSE(packed.report.interpolation.leftOut);
   }
 }

@@ -1,7 +1,7 @@
 #include "srf/model/light_blend_selection.h"
 
 #include "srf/proxy/relief/photometric.h"
-#include "srf/ulr/foreshortening.h"
+#include "srf/weights/irradiance_ratio.h"
 
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ float glossy(const Vec3<float>& normal, const Vec3<float>& light) {
 
 TEST(LightBlendSelection, AMatteSurfaceIsForeshortened) {
   const auto [blend, leftOutDb] = choiceFor(matte, 20);
-  EXPECT_EQ(blend, (ulr::LightBlend{3, ulr::LightFit::mean, true}));
+  EXPECT_EQ(blend, (weights::LightBlend{3, weights::LightFit::mean, true}));
   EXPECT_GT(*leftOutDb, 60); // exact except for the residual
 }
 
@@ -70,19 +70,19 @@ TEST(LightBlendSelection, AMatteSurfaceOfWrongNormalsIsBlendedByAPlane) {
   const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside);
   EXPECT_FALSE(blend.foreshortened);
-  EXPECT_EQ(blend.fit, ulr::LightFit::plane);
+  EXPECT_EQ(blend.fit, weights::LightFit::plane);
   // Radiance is linear in the direction. Without the omitted light the spacing is s = 0.45 radians. A mean is
   // off by s / 2, of which the ridge leaves 0.1 / (1/2 + 0.1).
   EXPECT_GT(*leftOutDb, -20 * std::log10(0.45 / 2 / 6));
 }
 
 TEST(LightBlendSelection, HighlightsAreBlendedByAFewLightsMean) {
-  EXPECT_EQ(choiceFor(glossy, 20).blend, (ulr::LightBlend{3, ulr::LightFit::mean}));
+  EXPECT_EQ(choiceFor(glossy, 20).blend, (weights::LightBlend{3, weights::LightFit::mean}));
 }
 
 TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
   const auto [blend, leftOutDb] = choiceFor([](const auto&, const auto&) { return 0.5f; }, 20);
-  EXPECT_EQ(blend, (ulr::LightBlend{3, ulr::LightFit::mean}));
+  EXPECT_EQ(blend, (weights::LightBlend{3, weights::LightFit::mean}));
   EXPECT_GT(*leftOutDb, 100);
 }
 
@@ -90,7 +90,7 @@ TEST(LightBlendSelection, WhatLooksAlikeUnderAllLightsNeedsTheLeast) {
 TEST(LightBlendSelection, NormalsThatPhotographsTellForeshortenAPlane) {
   const auto aside = [](const Vec3<float>&) { return Vec3<float>(1, 0, 0); };
   const auto [blend, leftOutDb] = choiceFor(matte, 20, 1, aside, NormalsFrom::photographs);
-  EXPECT_EQ(blend, (ulr::LightBlend{4, ulr::LightFit::plane, true}));
+  EXPECT_EQ(blend, (weights::LightBlend{4, weights::LightFit::plane, true}));
   EXPECT_GT(*leftOutDb, 60);
 }
 
@@ -126,7 +126,7 @@ TEST(LightBlendSelection, NormalsAreNotToldByTheLightLeftOut) {
 
 TEST(LightBlendSelection, WhereNothingTellsNormalsNothingIsForeshortened) {
   const auto same = [](const Vec3<float>& n) { return n; };
-  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.fit, ulr::LightFit::plane);
+  EXPECT_EQ(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.fit, weights::LightFit::plane);
   EXPECT_FALSE(choiceFor(matte, 20, 1, same, NormalsFrom::nothing).blend.foreshortened);
 }
 
@@ -152,7 +152,7 @@ TEST(LightBlendSelection, LightsFarApartAreNotForeshortened) {
 }
 
 TEST(LightBlendSelection, TooFewLightsTellNothing) {
-  EXPECT_EQ(choiceFor(matte, 4).blend, ulr::LightBlend());
+  EXPECT_EQ(choiceFor(matte, 4).blend, weights::LightBlend());
   EXPECT_FALSE(choiceFor(matte, 4).leftOutDb);
   EXPECT_TRUE(choiceFor(matte, 5).leftOutDb);
   EXPECT_LE(choiceFor(matte, 5).blend.lights, 3u);
@@ -194,15 +194,16 @@ TEST(LightBlendSelection, TheErrorIsThatOfTheLightsLeftOut) {
         values.push_back(radiance[i]);
       }
     double got = 0;
-    const ulr::BlendSet weights = ulr::blendOfLights(
-        others, towards[out], blend, ulr::LightExtrapolationFade(covering), ulr::LightExtrapolation::clamp);
+    const weights::BlendSet weights =
+        weights::blendOfLights(others, towards[out], blend, weights::LightExtrapolationFade(covering),
+                               weights::LightExtrapolation::clamp);
     for (const auto& [light, weight] : weights) got += weight * values[light];
     if (blend.foreshortened) {
       const auto normal = asNormal({0.6f, 0, 0.8f});
       std::vector<float> cosines;
-      for (const auto& other : others) cosines.push_back(ulr::foreshortenedCosine(normal, other));
-      got *= ulr::foreshortening(ulr::foreshortenedCosine(normal, towards[out]),
-                                 ulr::blendedCosine(weights, cosines));
+      for (const auto& other : others) cosines.push_back(weights::foreshortenedCosine(normal, other));
+      got *= weights::foreshortening(weights::foreshortenedCosine(normal, towards[out]),
+                                     weights::blendedCosine(weights, cosines));
     }
     const auto shown = [](double x) {
       x = std::clamp(x, 0.0, 1.0);

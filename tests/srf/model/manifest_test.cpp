@@ -13,8 +13,8 @@ const std::string sum(16, 'a');
 Manifest example() {
   return {.white = 0.7,
           .tolerance = 0.03,
-          .lightBlend = {5, ulr::LightFit::plane, true},
-          .interpolation = {ulr::Interpolation::kriging, 0.4f, true},
+          .lightBlend = {5, weights::LightFit::plane, true},
+          .interpolation = {weights::Interpolation::kriging, 0.4f, true},
           .surfels = 1000,
           .views = 2,
           .lights = 3,
@@ -33,7 +33,7 @@ TEST(Manifest, WhatIsWrittenIsReadBackEqual) {
   const Manifest manifest = parse(manifestText(example()));
   EXPECT_EQ(manifest.white, 0.7);
   EXPECT_EQ(manifest.tolerance, 0.03);
-  EXPECT_EQ(manifest.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane, true}));
+  EXPECT_EQ(manifest.lightBlend, (weights::LightBlend{5, weights::LightFit::plane, true}));
   EXPECT_EQ(manifest.interpolation, example().interpolation);
   EXPECT_EQ(manifest.surfels, 1000u);
   EXPECT_EQ(manifest.views, 2u);
@@ -97,7 +97,7 @@ TEST(Manifest, AChangedDigitIsToldByTheChecksum) {
 }
 
 TEST(Manifest, ALightBlendThatCannotBeIsRefused) {
-  for (const size_t lights : {size_t{0}, ulr::kMaxBlended + 1}) {
+  for (const size_t lights : {size_t{0}, weights::kMaxBlended + 1}) {
     Manifest wrong = example();
     wrong.lightBlend.lights = lights;
     EXPECT_NE(image::errorOf([&] { parse(manifestText(wrong)); }).find("light_blend.lights: found "),
@@ -134,7 +134,7 @@ TEST(Manifest, AnInterpolationThatCannotBeIsRefused) {
 TEST(Manifest, WithoutAnInterpolationCamerasAndLightsAreWeightedApart) {
   Manifest plain = example();
   plain.interpolation = {};
-  EXPECT_EQ(parse(manifestText(plain)).interpolation, ulr::InterpolationChoice{});
+  EXPECT_EQ(parse(manifestText(plain)).interpolation, weights::InterpolationChoice{});
 }
 
 TEST(Manifest, WhatIsNoManifestIsRefusedInOneLine) {

@@ -42,7 +42,7 @@ Seen look(const std::filesystem::path& folder) {
       codec::Block block = file.read(number);
       seen.blocks.push_back(std::move(block.values));
     }
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   batch.lights = 2;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel) {
     const auto front = assume<Direction3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));

@@ -1,7 +1,7 @@
 #include "srf/model/model.h"
 
 #include "srf/model/manifest.h"
-#include "srf/ulr/light_visibility.h"
+#include "srf/weights/shadow_state.h"
 #include "surfel/base/file.h"
 #include "surfel/base/hash.h"
 #include "tests/support/patience.h"
@@ -45,13 +45,14 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   const PackedStudio packed(smallStudio, fewSurfels);
   std::mt19937 random(1);
   const SurfelCloud cloud = randomCloud(333, random);
-  ulr::VisibilityWeights visibility{4, std::vector<uint8_t>(4 * cloud.size())};
+  weights::VisibilityWeights visibility{4, std::vector<uint8_t>(4 * cloud.size())};
   for (auto& fade : visibility.values) fade = static_cast<uint8_t>(random());
   const auto copy = packed.folder / "copy";
   std::filesystem::create_directories(copy);
   std::filesystem::copy(packed.model.folder / "views", copy / "views");
-  Model made = makeModel(copy, {packed.model.rig, cloud, visibility, 0.7, 0.02, {5, ulr::LightFit::plane}});
-  made.interpolation = {ulr::Interpolation::kriging, 0.4f, true};
+  Model made =
+      makeModel(copy, {packed.model.rig, cloud, visibility, 0.7, 0.02, {5, weights::LightFit::plane}});
+  made.interpolation = {weights::Interpolation::kriging, 0.4f, true};
   writeModel(made);
 
   const Model model = openModel(copy);
@@ -69,10 +70,11 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(model.visibility.views, visibility.views);
   EXPECT_EQ(model.visibility.values, visibility.values);
   ASSERT_TRUE(model.lightVisibility);
-  EXPECT_EQ(model.lightVisibility->values,
-            ulr::lightVisibility(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
+  EXPECT_EQ(
+      model.lightVisibility->values,
+      weights::shadowStates(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
   EXPECT_EQ(model.white, 0.7);
-  EXPECT_EQ(model.lightBlend, (ulr::LightBlend{5, ulr::LightFit::plane}));
+  EXPECT_EQ(model.lightBlend, (weights::LightBlend{5, weights::LightFit::plane}));
   EXPECT_EQ(model.interpolation, made.interpolation);
   EXPECT_EQ(model.tolerance, 0.02);
   EXPECT_NE(model.identity, packed.model.identity);

@@ -1,6 +1,6 @@
 #include "srf/model/pack_prepass.h"
 
-#include "srf/ulr/ulr.h"
+#include "srf/weights/ulr.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,9 @@ PackPrepass randomSurvey(std::mt19937& random) {
   std::uniform_real_distribution<double> exponent(-20, 20), db(5, 60);
   PackPrepass survey;
   survey.white = std::pow(10, exponent(random));
-  survey.lights.blend = {1 + random() % ulr::kMaxBlended,
-                         random() % 2 ? ulr::LightFit::plane : ulr::LightFit::mean, random() % 2 == 0};
+  survey.lights.blend = {1 + random() % weights::kMaxBlended,
+                         random() % 2 ? weights::LightFit::plane : weights::LightFit::mean,
+                         random() % 2 == 0};
   if (random() % 3) survey.lights.leftOutDb = db(random);
   return survey;
 }

@@ -48,7 +48,7 @@ TEST_F(Pack, CloudAndFadesAreThoseOfTheMesh) {
   EXPECT_EQ(model.cloud.radius, cloud.radius);
   EXPECT_EQ(model.cloud.coverage, cloud.coverage);
   EXPECT_EQ(model.visibility.values,
-            ulr::visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
+            weights::visibilityWeights(cloud, cameras, RayCaster<AcquisitionSpace>(mesh), {}).values);
   EXPECT_EQ(report.surfels, cloud.size());
   EXPECT_EQ(report.views.size(), 5u);
   EXPECT_EQ(report.lights, 3u);
@@ -297,15 +297,16 @@ TEST(PackedLights, TheChosenBlendIsTheModels) {
     EXPECT_EQ(leftOutDb.has_value(), isFullProduct);
     const Model& model = packed.model;
     EXPECT_EQ(model.lightBlend, chosen);
-    EXPECT_EQ(shading::lightBlend(model, {}), chosen);
-    shading::ShadeOptions options;
+    EXPECT_EQ(weights::lightBlend(model, {}), chosen);
+    weights::ShadeOptions options;
     options.lights = 7;
-    EXPECT_EQ(shading::lightBlend(model, options), (ulr::LightBlend{7, chosen.fit, chosen.foreshortened}));
-    options.lightFit = ulr::LightFit::mean;
+    EXPECT_EQ(weights::lightBlend(model, options),
+              (weights::LightBlend{7, chosen.fit, chosen.foreshortened}));
+    options.lightFit = weights::LightFit::mean;
     options.foreshortened = false;
-    EXPECT_EQ(shading::lightBlend(model, options), ulr::LightBlend{7});
+    EXPECT_EQ(weights::lightBlend(model, options), weights::LightBlend{7});
     options.nearest = true;
-    EXPECT_EQ(shading::lightBlend(model, options), ulr::LightBlend{1});
+    EXPECT_EQ(weights::lightBlend(model, options), weights::LightBlend{1});
   }
 }
 

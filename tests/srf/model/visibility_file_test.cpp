@@ -6,9 +6,9 @@
 namespace surflect::model {
 namespace {
 
-ulr::VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
+weights::VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) {
   std::mt19937 random(seed);
-  ulr::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
+  weights::VisibilityWeights visibility{views, std::vector<uint8_t>(surfels * views)};
   for (uint8_t& fade : visibility.values) fade = static_cast<uint8_t>(random());
   return visibility;
 }
@@ -16,8 +16,8 @@ ulr::VisibilityWeights randomFades(size_t surfels, size_t views, unsigned seed) 
 TEST(FadeFile, WhatIsPackedIsUnpackedEqual) {
   for (const auto& [surfels, views] :
        {std::pair<size_t, size_t>{0, 0}, {0, 5}, {1, 1}, {1000, 7}, {3, 400}, {20001, 16}, {20001, 33}}) {
-    const ulr::VisibilityWeights visibility = randomFades(surfels, views, 1);
-    const ulr::VisibilityWeights unpacked = unpackVisibility(packVisibility(visibility), surfels, views);
+    const weights::VisibilityWeights visibility = randomFades(surfels, views, 1);
+    const weights::VisibilityWeights unpacked = unpackVisibility(packVisibility(visibility), surfels, views);
     EXPECT_EQ(unpacked.views, views);
     EXPECT_EQ(unpacked.values, visibility.values);
   }
@@ -54,7 +54,7 @@ TEST(FadeFile, CountsThatTheBytesCannotHoldTakeNoMemory) {
 }
 
 TEST(FadeFile, BothWaysAskWhetherToGoOn) {
-  const ulr::VisibilityWeights visibility = randomFades(300000, 5, 4);
+  const weights::VisibilityWeights visibility = randomFades(300000, 5, 4);
   constexpr int endless = std::numeric_limits<int>::max();
   Patience packing(endless), unpacking(endless);
   const auto packed = packVisibility(visibility, packing.progress());

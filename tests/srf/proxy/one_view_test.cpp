@@ -82,7 +82,7 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
       studio.matte = matte;
       packed(photographed(), relief);
       const model::Model model = model::openModel(folder / "model");
-      shading::QueryBatch batch;
+      weights::QueryBatch batch;
       batch.lights = 1;
       const auto directions = studio::spiral(100);
       for (uint32_t i = 0; i < model.cloud.size(); ++i) {

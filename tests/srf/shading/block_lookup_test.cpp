@@ -56,8 +56,8 @@ struct Jobs {
     return rgb;
   }
 
-  std::vector<BlendedLight> row;
-  std::vector<LightWeight> weights;
+  std::vector<weights::BlendedLight> row;
+  std::vector<weights::LightWeight> weights;
   std::vector<std::vector<float>> coefficients;
   std::vector<std::vector<int8_t>> levels;
   std::vector<BlockLookup> jobs;

@@ -40,7 +40,7 @@ protected:
 
   image::TemporaryFolder folder_;
   std::vector<codec::ViewFile> views_;
-  LightRows rows_;
+  weights::LightRows rows_;
   std::vector<ShadingOp> ops_;
 };
 

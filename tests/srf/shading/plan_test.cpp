@@ -1,8 +1,8 @@
 #include "srf/shading/plan.h"
 
-#include "srf/ulr/fallback_view.h"
-#include "srf/ulr/foreshortening.h"
-#include "srf/ulr/ulr.h"
+#include "srf/weights/fallback_view.h"
+#include "srf/weights/irradiance_ratio.h"
+#include "srf/weights/ulr.h"
 #include "tests/srf/shading/queries.h"
 
 #include <limits>
@@ -17,7 +17,7 @@ class ShadingPlanned : public ProductQueries {};
 // Cameras and lights of pairs weighted apart; by distance, see pair_weights_test.cpp.
 class ShadingPlannedPairs : public PairQueries {
 protected:
-  ShadingPlannedPairs() { model.interpolation.kind = Interpolation::separate; }
+  ShadingPlannedPairs() { model.interpolation.kind = weights::Interpolation::separate; }
 };
 
 // The studio's lights with a common colour; each keeps its strength in blue.
@@ -34,9 +34,9 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
        {std::tuple(1, 0., false), {3, 0., false}, {3, 0.5, false}, {3, 0., true}, {3, 0.5, true}}) {
     model.rig.lights = studioLights(Studio{}.lights, unevenness);
     if (isOneColor) model.rig.lights = inOneColor(model.rig.lights);
-    const QueryBatch batch = randomBatch(model, 2000, lights, random);
+    const weights::QueryBatch batch = randomBatch(model, 2000, lights, random);
     const ShadingPlan plan =
-        planShading(model, batch, {.lightFit = ulr::LightFit::mean, .foreshortened = false});
+        planShading(model, batch, {.lightFit = weights::LightFit::mean, .foreshortened = false});
     EXPECT_EQ(plan.unseen, 0u);
     std::vector<double> sums(batch.size());
     for (const ShadingOp& op : plan.ops) {
@@ -56,11 +56,11 @@ TEST_F(ShadingPlanned, WeightsOfCamerasAndOfLightsSumToOne) {
 // requested.
 TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
   model.rig.lights = inOneColor(model.rig.lights);
-  ShadeOptions options{.lights = 2, .lightFit = ulr::LightFit::mean, .foreshortened = false};
-  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  weights::ShadeOptions options{.lights = 2, .lightFit = weights::LightFit::mean, .foreshortened = false};
+  const weights::QueryBatch batch = randomBatch(model, 2000, 2, random);
   ASSERT_LE(2 * batch.lights * *options.lights, model.rig.lights.size());
-  QueryBatch dimmed = batch;
-  for (size_t query = 5; query < batch.size(); query += ulr::kQueryLanes)
+  weights::QueryBatch dimmed = batch;
+  for (size_t query = 5; query < batch.size(); query += weights::kQueryLanes)
     dimmed.irradiance[2 * query + 1] = {};
   const ShadingPlan together = planShading(model, batch, options),
                     apart = planShading(model, dimmed, options);
@@ -74,7 +74,7 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
     ASSERT_EQ(row.size(), 4u);
     EXPECT_EQ(row, rowOf(shown, shown.ops[i]));
     EXPECT_EQ(together.ops[i].rowEnd - together.ops[i].rowBegin, 2u); // one colour for each light
-    const bool isDimmed = together.ops[i].target % ulr::kQueryLanes == 5;
+    const bool isDimmed = together.ops[i].target % weights::kQueryLanes == 5;
     if (isDimmed) row.resize(2);
     EXPECT_EQ(row, rowOf(apart, apart.ops[i]));
   }
@@ -82,11 +82,12 @@ TEST_F(ShadingPlanned, RowsThatAreMadeTogetherAreThoseOfEachAlone) {
 
 // Per channel, whether captured lights are blended before colouring or each has its own colour.
 TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
-  const ShadeOptions options{.lights = 3, .lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const weights::ShadeOptions options{
+      .lights = 3, .lightFit = weights::LightFit::mean, .foreshortened = false};
   const std::vector<capture::Light> various = model.rig.lights;
   for (const bool isOneColor : {true, false}) {
     model.rig.lights = isOneColor ? inOneColor(various) : various;
-    const QueryBatch batch = randomBatch(model, 500, 2, random);
+    const weights::QueryBatch batch = randomBatch(model, 500, 2, random);
     const ShadingPlan plan = planShading(model, batch, options);
     for (const ShadingOp& op : plan.ops) {
       EXPECT_EQ(op.rowEnd - op.rowBegin, isOneColor ? 2u : 6u);
@@ -102,7 +103,7 @@ TEST_F(ShadingPlanned, RowsGiveBackTheIrradianceOfLampsOfAnyColours) {
 }
 
 // The least penalty of angle over fade. Fallback views are tested in camera_weights_test.cpp.
-void expectConfidenceIsThatOfTheBestView(const model::Model& model, const QueryBatch& batch) {
+void expectConfidenceIsThatOfTheBestView(const model::Model& model, const weights::QueryBatch& batch) {
   const ShadingPlan plan = planShading(model, batch, {});
   ASSERT_EQ(plan.confidence.size(), batch.size());
   for (size_t query = 0; query < batch.size(); ++query) {
@@ -112,11 +113,11 @@ void expectConfidenceIsThatOfTheBestView(const model::Model& model, const QueryB
     for (size_t view = 0; view < visibility.size(); ++view) {
       const auto towards = capture::Viewpoint(model.rig.views[view].camera).towards(place).cast<float>();
       if (visibility[view] > 0)
-        best = std::min(best, ulr::anglePenalty(towards, batch.towardsView[query]) /
-                                  ulr::VisibilityWeights::decode(visibility[view]));
+        best = std::min(best, weights::anglePenalty(towards, batch.towardsView[query]) /
+                                  weights::VisibilityWeights::decode(visibility[view]));
     }
-    ASSERT_LE(best, ulr::kFallbackFrom);
-    EXPECT_NEAR(plan.confidence[query], ulr::confidenceOf(best), 2e-5);
+    ASSERT_LE(best, weights::kFallbackFrom);
+    EXPECT_NEAR(plan.confidence[query], weights::confidenceOf(best), 2e-5);
   }
 }
 
@@ -129,18 +130,18 @@ TEST_F(ShadingPlannedPairs, ConfidenceIsThatOfTheBestView) {
 }
 
 TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 2000, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.foreshortened = true});
   size_t lit = 0;
   for (const ShadingOp& op : plan.ops) {
     const uint32_t surfel = batch.surfels[op.target];
     const auto normal = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(model.cloud.r0[surfel]).col(2));
-    const float cosine = ulr::foreshortenedCosine(normal, batch.towardsLight[op.target]);
+    const float cosine = weights::foreshortenedCosine(normal, batch.towardsLight[op.target]);
     double got = 0;
     for (const auto& [column, weight] : rowOf(plan, op)) {
       const capture::Light& light = model.rig.lights[model.columns[op.view][column]];
       got += weight.g * capturedIrradiance(model, op, column, surfel).g *
-             ulr::foreshortenedCosine(
+             weights::foreshortenedCosine(
                  normal, capture::towardsLight(light, model.cloud.p0[surfel].cast<double>()).cast<float>());
     }
     const double wanted = batch.irradiance[op.target].g * cosine;
@@ -156,13 +157,13 @@ TEST_F(ShadingPlanned, ForeshortenedLightsKeepTheIrradianceOfTheSurface) {
 }
 
 TEST_F(ShadingPlanned, OnlyCamerasThatSeeTheSurfelAreAsked) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 2000, 1, random);
   for (const ShadingOp& op : planShading(model, batch, {}).ops)
     EXPECT_GT(model.visibility.of(batch.surfels[op.target])[op.view], 0);
 }
 
 TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
-  const QueryBatch batch = randomBatch(model, 300, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 300, 1, random);
   std::ranges::fill(model.visibility.values, uint8_t{0});
   const ShadingPlan plan = planShading(model, batch, {});
   EXPECT_EQ(plan.unseen, batch.size());
@@ -176,7 +177,7 @@ TEST_F(ShadingPlanned, WhereNoCameraSeesOthersStandIn) {
 }
 
 TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
-  const QueryBatch batch = randomBatch(model, 2000, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 2000, 1, random);
   // One view sees each surfel, though others may be much nearer.
   for (size_t i = 0; i < model.cloud.size(); ++i) {
     const auto row =
@@ -191,7 +192,7 @@ TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
     const uint32_t surfel = batch.surfels[op.target];
     const size_t seeing = surfel % model.visibility.views;
     const auto towards = towardsViewer(model.rig.views[seeing], model.cloud.p0[surfel].cast<double>());
-    if (ulr::anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
+    if (weights::anglePenalty(towards.cast<float>(), batch.towardsView[op.target]) > 1) continue;
     ++within90Degrees;
     EXPECT_EQ(op.view, seeing);
   }
@@ -199,7 +200,7 @@ TEST_F(ShadingPlanned, AStandInHasNoWeightBesideACameraThatSees) {
 }
 
 TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
-  const QueryBatch batch = randomBatch(model, 1000, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 1000, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
   for (const ShadingOp& op : plan.ops) {
@@ -207,15 +208,15 @@ TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
     const auto p0 = model.cloud.p0[batch.surfels[op.target]].cast<double>();
     const auto visibility = model.visibility.of(batch.surfels[op.target]);
     const auto viewPenalty = [&](size_t view) {
-      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
-                               batch.towardsView[op.target].cast<double>());
+      return weights::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                                   batch.towardsView[op.target].cast<double>());
     };
     for (size_t view = 0; view < visibility.size(); ++view)
       EXPECT_TRUE(visibility[view] == 0 || viewPenalty(op.view) <= viewPenalty(view) + 1e-6);
     ASSERT_EQ(rowOf(plan, op).size(), 1u);
     const auto lightPenalty = [&](const capture::Light& light) {
-      return ulr::anglePenalty(capture::towardsLight(light, p0),
-                               batch.towardsLight[op.target].cast<double>());
+      return weights::anglePenalty(capture::towardsLight(light, p0),
+                                   batch.towardsLight[op.target].cast<double>());
     };
     const capture::Light& chosen = model.rig.lights[rowOf(plan, op)[0].light];
     for (const capture::Light& light : model.rig.lights)
@@ -224,14 +225,14 @@ TEST_F(ShadingPlanned, TheBaselineIsTheNearestCameraAndItsNearestLight) {
 }
 
 TEST_F(ShadingPlanned, ALitCaptureNeedsALight) {
-  const QueryBatch batch = randomBatch(model, 10, 0, random);
+  const weights::QueryBatch batch = randomBatch(model, 10, 0, random);
   EXPECT_NE(image::errorOf([&] { planShading(model, batch, {}); }).find("must name a light"),
             std::string::npos);
 }
 
 TEST_F(ShadingPlannedPairs, WeightsOfThePairsOfEachLightSumToOne) {
   ASSERT_FALSE(model.isFullProduct);
-  const QueryBatch batch = randomBatch(model, 1000, 2, random);
+  const weights::QueryBatch batch = randomBatch(model, 1000, 2, random);
   const ShadingPlan plan = planShading(model, batch, {});
   ASSERT_EQ(plan.targetsPerPlace, 2u);
   std::vector<double> sums(2 * batch.size()), irradiance(2 * batch.size());
@@ -265,7 +266,7 @@ TEST_F(ShadingPlannedPairs, ACapturedPairHasAllTheWeight) {
 }
 
 TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
-  const QueryBatch batch = randomBatch(model, 500, 1, random);
+  const weights::QueryBatch batch = randomBatch(model, 500, 1, random);
   const ShadingPlan plan = planShading(model, batch, {.nearest = true});
   ASSERT_EQ(plan.ops.size(), batch.size());
   for (const ShadingOp& op : plan.ops) {
@@ -273,10 +274,10 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
     const auto visibility = model.visibility.of(batch.surfels[op.target]);
     const auto penalty = [&](size_t view, size_t column) {
       const capture::Light& light = model.rig.lights[model.columns[view][column]];
-      return ulr::anglePenalty(towardsViewer(model.rig.views[view], p0),
-                               batch.towardsView[op.target].cast<double>()) +
-             ulr::anglePenalty(capture::towardsLight(light, p0),
-                               batch.towardsLight[op.target].cast<double>());
+      return weights::anglePenalty(towardsViewer(model.rig.views[view], p0),
+                                   batch.towardsView[op.target].cast<double>()) +
+             weights::anglePenalty(capture::towardsLight(light, p0),
+                                   batch.towardsLight[op.target].cast<double>());
     };
     const double chosen = penalty(op.view, rowOf(plan, op)[0].light);
     for (size_t view = 0; view < visibility.size(); ++view)
@@ -286,26 +287,15 @@ TEST_F(ShadingPlannedPairs, TheBaselineIsTheNearestPair) {
 }
 
 TEST_F(ShadingPlannedPairs, AreForeshortenedOnlyByTheDistanceOfPairs) {
-  const QueryBatch batch = randomBatch(model, 10, 1, random);
-  const ShadeOptions apart{.interpolation = Interpolation::separate, .foreshortened = true},
-      together{.interpolation = Interpolation::kriging, .foreshortened = true};
+  const weights::QueryBatch batch = randomBatch(model, 10, 1, random);
+  const weights::ShadeOptions apart{.interpolation = weights::Interpolation::separate, .foreshortened = true},
+      together{.interpolation = weights::Interpolation::kriging, .foreshortened = true};
   EXPECT_EQ(
       image::errorOf([&] { planShading(model, batch, apart); }),
       model.folder.string() +
           ": foreshortening on: found pairs of cameras and lights, expected photographs under all lights "
-          "from all cameras, or --interpolation pairs or kriging");
+          "from all cameras, or --interpolation kriging");
   EXPECT_NO_THROW(planShading(model, batch, together));
-}
-
-TEST(IrradianceRatio, OfWhatWasCapturedIsOneAndNothingInTheDark) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> strength(0.1f, 10);
-  for (int i = 0; i < 50; ++i) {
-    const Rgb captured{strength(random), strength(random), 0};
-    EXPECT_EQ(irradianceRatio(captured, captured), (Rgb{1, 1, 0}));
-    EXPECT_EQ(irradianceRatio(4 * captured, captured), (Rgb{4, 4, 0}));
-    EXPECT_EQ(irradianceRatio({1, 1, 1}, captured).b, 0);
-  }
 }
 
 } // namespace

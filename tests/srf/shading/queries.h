@@ -22,10 +22,10 @@ inline Direction3<AcquisitionSpace> randomDirection(std::mt19937& random) {
 }
 
 // Random surfels, viewers, lights and strengths. Viewers are outside the surface.
-inline shading::QueryBatch randomBatch(const model::Model& model, size_t queries, size_t lights,
+inline weights::QueryBatch randomBatch(const model::Model& model, size_t queries, size_t lights,
                                        std::mt19937& random) {
   std::uniform_real_distribution<float> strength(0.1f, 2);
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   batch.lights = lights;
   for (size_t q = 0; q < queries; ++q) {
     const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
@@ -67,13 +67,13 @@ inline Rgb capturedIrradiance(const model::Model& model, const shading::ShadingO
 
 // Rays from each surfel to each camera that sees it unfaded, under a light of that camera.
 struct CapturedRays {
-  shading::QueryBatch batch;
+  weights::QueryBatch batch;
   std::vector<std::pair<uint32_t, uint32_t>> photographs; // view and column, per query
 };
 
 inline CapturedRays capturedRays(const model::Model& model, std::mt19937& random) {
   CapturedRays rays;
-  shading::QueryBatch& batch = rays.batch;
+  weights::QueryBatch& batch = rays.batch;
   batch.lights = 1;
   for (uint32_t surfel = 0; surfel < model.cloud.size(); ++surfel)
     for (uint32_t view = 0; view < model.rig.views.size(); ++view) {

@@ -20,15 +20,15 @@ constexpr int size = 72, lights = 12, views = 3;
 constexpr size_t wholeCache = 1 << 30;
 
 // A row of captured lights, each with its own colour.
-LightRows rowsOf(const std::vector<std::pair<uint32_t, Rgb>>& lit) {
-  LightRows rows;
+weights::LightRows rowsOf(const std::vector<std::pair<uint32_t, Rgb>>& lit) {
+  weights::LightRows rows;
   for (const auto& [light, color] : lit) rows.add(light, color);
   return rows;
 }
 
 struct Queue {
   std::vector<ShadingOp> ops;
-  LightRows rows;
+  weights::LightRows rows;
   size_t targets = 0;
 };
 
@@ -296,7 +296,7 @@ TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
     ofPart.push_back({static_cast<uint32_t>(ofPart.size()), 0, 8.f * static_cast<float>(x) + 4,
                       8.f * static_cast<float>(y) + 4, 1, 0, 1});
   }
-  const LightRows rows = rowsOf({{1, {1, 0.5f, 0.25f}}});
+  const weights::LightRows rows = rowsOf({{1, {1, 0.5f, 0.25f}}});
   std::vector<ShadingPart> parts;
   for (const auto& ofPart : ops) parts.push_back({ofPart, &rows, ofPart.size()});
   const auto shaded = [&](codec::BlockCache& cache, ShadingStats& stats) {
@@ -314,7 +314,7 @@ TEST_F(ShadingQueueTest, MoreBlocksThanAreFetchedAtOnceGiveTheSameBits) {
 }
 
 TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
-  const LightRows rows = rowsOf({4, {0, Rgb{1, 1, 1}}});
+  const weights::LightRows rows = rowsOf({4, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {
       {0, 0, 36.5f, 36.5f, 1, 0, 4}, // on a texel
       {0, 1, 40.0f, 36.5f, 1, 0, 3}, // between two blocks
@@ -349,7 +349,7 @@ TEST_F(ShadingQueueTest, CountsOperationsLightsTasksAndLosses) {
 
 // A blind operation is executed twice, at its own position and at the nearest stored one.
 TEST_F(ShadingQueueTest, CountsTheOperationsOfABlindTargetOnce) {
-  const LightRows rows = rowsOf({3, {0, Rgb{1, 1, 1}}});
+  const weights::LightRows rows = rowsOf({3, {0, Rgb{1, 1, 1}}});
   const std::vector<ShadingOp> ops = {{0, 0, 36.5f, 36.5f, 1, 0, 3}, {1, 0, 1.0f, 1.0f, 1, 0, 2}};
   codec::BlockCache cache(views_, wholeCache);
   for (const bool isWarm : {false, true}) {
@@ -422,7 +422,7 @@ TEST_F(ShadingQueueTest, BackgroundNeverMixesIn) {
 }
 
 TEST_F(ShadingQueueTest, LostOperationHandsItsWeightToTheOthers) {
-  const LightRows rows = rowsOf({{7, {1, 1, 1}}});
+  const weights::LightRows rows = rowsOf({{7, {1, 1, 1}}});
   const auto radiance = [&](float lostWeight) {
     return executed({{{0, 0, 36, 36, 0.2f, 0, 1}, {0, 1, 1, 1, lostWeight, 0, 1}, {0, 2, 36, 36, 0.3f, 0, 1}},
                      rows,

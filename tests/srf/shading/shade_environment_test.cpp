@@ -1,5 +1,6 @@
 #include "srf/shading/shade.h"
 
+#include "srf/weights/light_weights.h"
 #include "tests/srf/shading/queries.h"
 #include "tests/support/random.h"
 #include "tests/support/synthetic_capture.h"
@@ -24,9 +25,9 @@ ToAcquisition randomTurn(std::mt19937& random) {
   return ToAcquisition(matrix);
 }
 
-std::vector<ulr::EnvironmentLight> randomEnvironment(size_t count, std::mt19937& random) {
+std::vector<weights::EnvironmentLight> randomEnvironment(size_t count, std::mt19937& random) {
   std::uniform_real_distribution<float> strength(0.1f, 2);
-  std::vector<ulr::EnvironmentLight> lights;
+  std::vector<weights::EnvironmentLight> lights;
   for (size_t i = 0; i < count; ++i) {
     const float r = strength(random), g = strength(random), b = strength(random);
     lights.push_back({assume<Direction3<EnvironmentSpace>>(randomUnit<float>(random)), {r, g, b}});
@@ -35,8 +36,8 @@ std::vector<ulr::EnvironmentLight> randomEnvironment(size_t count, std::mt19937&
 }
 
 // Random surfels and viewers outside the surface, without lights.
-QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& random) {
-  QueryBatch batch;
+weights::QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& random) {
+  weights::QueryBatch batch;
   for (size_t q = 0; q < queries; ++q) {
     const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
     batch.surfels.push_back(surfel);
@@ -48,18 +49,19 @@ QueryBatch darkBatch(const model::Model& model, size_t queries, std::mt19937& ra
 }
 
 // Adds an environment with a random rotation for each query.
-void addTurnedEnvironment(QueryBatch& batch, const QueryEnvironment& environment, std::mt19937& random) {
+void addTurnedEnvironment(weights::QueryBatch& batch, const weights::QueryEnvironment& environment,
+                          std::mt19937& random) {
   ASSERT_TRUE(batch.environments.empty());
   batch.environments.push_back(environment);
   for (size_t q = 0; q < batch.size(); ++q) batch.acquisitionFromEnvironment.push_back(randomTurn(random));
 }
 
 // Replaces environments by their directional lights.
-QueryBatch unrolled(const QueryBatch& batch) {
-  QueryBatch result = batch;
+weights::QueryBatch unrolled(const weights::QueryBatch& batch) {
+  weights::QueryBatch result = batch;
   result.environments.clear();
   result.acquisitionFromEnvironment.clear();
-  const QueryEnvironment& environment = batch.environments[0];
+  const weights::QueryEnvironment& environment = batch.environments[0];
   result.lights = environment.lights.size();
   result.extrapolation.assign(result.lights, environment.extrapolation);
   for (size_t q = 0; q < batch.size(); ++q)
@@ -70,15 +72,16 @@ QueryBatch unrolled(const QueryBatch& batch) {
   return result;
 }
 
-std::vector<Rgb> shadedWith(const model::Model& model, const QueryBatch& batch,
-                            const ShadeOptions& options = {}) {
+std::vector<Rgb> shadedWith(const model::Model& model, const weights::QueryBatch& batch,
+                            const weights::ShadeOptions& options = {}) {
   codec::BlockCache cache(model.files, cacheBudget);
   ShadingStats stats;
   return shade(model, batch, options, cache, stats).radiance;
 }
 
 // Captured irradiance that a plan requests, per query.
-std::vector<Rgb> irradianceOf(const model::Model& model, const QueryBatch& batch, const ShadingPlan& plan) {
+std::vector<Rgb> irradianceOf(const model::Model& model, const weights::QueryBatch& batch,
+                              const ShadingPlan& plan) {
   std::vector<Rgb> sums(plan.places);
   for (const ShadingOp& op : plan.ops)
     for (const auto& [column, weight] : studio::rowOf(plan, op)) {
@@ -117,7 +120,9 @@ protected:
   }
 
   static inline std::unique_ptr<PackedStudio> full, gappy;
-  ShadeEnvironment() { model.interpolation.kind = Interpolation::separate; } // as environments are weighted
+  ShadeEnvironment() {
+    model.interpolation.kind = weights::Interpolation::separate;
+  } // as environments are weighted
 
   model::Model model = model::openModel((GetParam() ? full : gappy)->model.folder);
   std::mt19937 random{1};
@@ -127,8 +132,8 @@ INSTANTIATE_TEST_SUITE_P(, ShadeEnvironment, testing::Bool(),
 
 TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
   const auto lights = randomEnvironment(9, random);
-  QueryBatch batch = darkBatch(model, 300, random);
-  addTurnedEnvironment(batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  weights::QueryBatch batch = darkBatch(model, 300, random);
+  addTurnedEnvironment(batch, {lights, {0.5f, 1, 2}, weights::LightExtrapolation::clamp, nullptr}, random);
   const auto together = shadedWith(model, batch), apart = shadedWith(model, unrolled(batch));
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 1.5e-6);
 }
@@ -136,17 +141,17 @@ TEST_P(ShadeEnvironment, IsTheSumOfItsDirectionalLights) {
 TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
   const auto lights = randomEnvironment(1, random);
   std::vector<Rgb> answers[2]; // plain and foreshortened; pairs do not depend on it
-  const QueryBatch dark = darkBatch(model, 2000, random);
+  const weights::QueryBatch dark = darkBatch(model, 2000, random);
   for (const bool foreshortened : {false, true}) {
     if (foreshortened && !GetParam()) continue;
-    const ShadeOptions options{.foreshortened = foreshortened};
-    const auto table = lightTable(model, options, ulr::LightExtrapolation::clamp);
+    const weights::ShadeOptions options{.foreshortened = foreshortened};
+    const auto table = lightTable(model, options, weights::LightExtrapolation::clamp);
     for (const bool tabulated : {false, true}) {
       if (tabulated && !table) continue;
       std::mt19937 turns(7);
-      QueryBatch batch = dark;
+      weights::QueryBatch batch = dark;
       addTurnedEnvironment(
-          batch, {lights, {0.5f, 1, 2}, ulr::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
+          batch, {lights, {0.5f, 1, 2}, weights::LightExtrapolation::clamp, tabulated ? &*table : nullptr},
           turns);
       const auto got = shadedWith(model, batch, options),
                  wanted = shadedWith(model, unrolled(batch), options);
@@ -164,8 +169,8 @@ TEST_P(ShadeEnvironment, OneTexelIsItsDirectionalLightForeshortenedOrNot) {
 }
 
 TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
-  QueryBatch batch = darkBatch(model, 100, random);
-  addTurnedEnvironment(batch, {{}, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  weights::QueryBatch batch = darkBatch(model, 100, random);
+  addTurnedEnvironment(batch, {{}, {1, 1, 1}, weights::LightExtrapolation::fade, nullptr}, random);
   EXPECT_EQ(shadedWith(model, batch), std::vector<Rgb>(batch.size()));
   for (const Rgb& color : planShading(model, batch, {.showsBlends = true}).lightBlend)
     EXPECT_EQ(color, Rgb{});
@@ -173,14 +178,14 @@ TEST_P(ShadeEnvironment, OneWithoutLightShowsAsNothing) {
 
 TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
   const auto lights = randomEnvironment(40, random);
-  const Rgb total = ulr::totalIrradiance(lights);
-  const ShadeOptions mean{.lightFit = ulr::LightFit::mean, .foreshortened = false};
-  const auto table = lightTable(model, mean, ulr::LightExtrapolation::clamp);
+  const Rgb total = weights::totalIrradiance(lights);
+  const weights::ShadeOptions mean{.lightFit = weights::LightFit::mean, .foreshortened = false};
+  const auto table = lightTable(model, mean, weights::LightExtrapolation::clamp);
   EXPECT_EQ(table.has_value(), GetParam());
-  for (const ulr::LightTable* used :
-       {static_cast<const ulr::LightTable*>(nullptr), table ? &*table : nullptr}) {
-    QueryBatch batch = darkBatch(model, 300, random);
-    addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::clamp, used}, random);
+  for (const weights::LightTable* used :
+       {static_cast<const weights::LightTable*>(nullptr), table ? &*table : nullptr}) {
+    weights::QueryBatch batch = darkBatch(model, 300, random);
+    addTurnedEnvironment(batch, {lights, {1, 1, 1}, weights::LightExtrapolation::clamp, used}, random);
     const ShadingPlan plan = planShading(model, batch, mean);
     for (const Rgb& sum : irradianceOf(model, batch, plan)) {
       EXPECT_NEAR(sum.r / total.r, 1, 3e-6);
@@ -192,7 +197,7 @@ TEST_P(ShadeEnvironment, AMeanKeepsTheIrradiance) {
 
 TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
   const auto first = randomEnvironment(5, random), second = randomEnvironment(8, random);
-  QueryBatch a = darkBatch(model, 300, random), both, b, lamp;
+  weights::QueryBatch a = darkBatch(model, 300, random), both, b, lamp;
   b = lamp = a;
   addTurnedEnvironment(a, {first}, random);
   addTurnedEnvironment(b, {second}, random);
@@ -204,7 +209,7 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
   both = lamp;
   both.environments = {a.environments[0], b.environments[0]};
   for (size_t q = 0; q < both.size(); ++q)
-    for (const QueryBatch* one : {&a, &b})
+    for (const weights::QueryBatch* one : {&a, &b})
       both.acquisitionFromEnvironment.push_back(one->acquisitionFromEnvironment[q]);
   const auto sum = shadedWith(model, both), ofA = shadedWith(model, a), ofB = shadedWith(model, b),
              ofLamp = shadedWith(model, lamp);
@@ -215,12 +220,12 @@ TEST_P(ShadeEnvironment, EnvironmentsAndLightsAddUp) {
 
 TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing) {
   const auto lights = randomEnvironment(6, random);
-  QueryBatch batch = darkBatch(model, 200, random);
+  weights::QueryBatch batch = darkBatch(model, 200, random);
   addTurnedEnvironment(batch, {lights}, random);
   const Mat3<float> turn = randomTurn(random).matrix();
   auto turned = lights;
   for (auto& light : turned) light.towards = assume<Direction3<EnvironmentSpace>>(turn * light.towards.raw());
-  QueryBatch other = batch;
+  weights::QueryBatch other = batch;
   other.environments[0].lights = turned;
   for (auto& acquisitionFromEnvironment : other.acquisitionFromEnvironment)
     acquisitionFromEnvironment = ToAcquisition(acquisitionFromEnvironment.matrix() * turn.transpose());
@@ -231,7 +236,7 @@ TEST_P(ShadeEnvironment, TurningTheMapAndItsFrameAgainstEachOtherChangesNothing)
 
 TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
   const auto lights = randomEnvironment(6, random);
-  QueryBatch batch = darkBatch(model, 200, random);
+  weights::QueryBatch batch = darkBatch(model, 200, random);
   addTurnedEnvironment(batch, {lights, {0, 0, 0}}, random);
   EXPECT_EQ(shadedWith(model, batch), std::vector<Rgb>(batch.size()));
   batch.environments[0].lights = {};
@@ -240,8 +245,8 @@ TEST_P(ShadeEnvironment, ADarkEnvironmentIsBlackAndChangesNoOther) {
 
 TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
   const auto lights = randomEnvironment(1, random); // lights differ in strength, and hence in share
-  QueryBatch batch = darkBatch(model, 200, random);
-  addTurnedEnvironment(batch, {lights, {3, 3, 3}, ulr::LightExtrapolation::clamp, nullptr}, random);
+  weights::QueryBatch batch = darkBatch(model, 200, random);
+  addTurnedEnvironment(batch, {lights, {3, 3, 3}, weights::LightExtrapolation::clamp, nullptr}, random);
   const ShadingPlan one = planShading(model, batch, {.showsBlends = true}),
                     other = planShading(model, unrolled(batch), {.showsBlends = true});
   EXPECT_LT(largestDifference(one.lightBlend, other.lightBlend), 1e-6);
@@ -252,13 +257,14 @@ TEST_P(ShadeEnvironment, BlendColorsAreMeansAndSumAsThoseOfItsLights) {
 TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
   if (!GetParam()) return; // pairs are never foreshortened
   const auto lights = randomEnvironment(20, random);
-  ShadeOptions off{.lightFit = ulr::LightFit::mean, .foreshortened = false, .showsBlends = true}, on = off;
+  weights::ShadeOptions off{.lightFit = weights::LightFit::mean, .foreshortened = false, .showsBlends = true},
+      on = off;
   on.foreshortened = true;
   // One table for both: a mean has the same weights with and without foreshortening.
-  const auto table = lightTable(model, off, ulr::LightExtrapolation::fade);
-  for (const ulr::LightTable* used : {static_cast<const ulr::LightTable*>(nullptr), &*table}) {
-    QueryBatch batch = darkBatch(model, 200, random);
-    addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, used}, random);
+  const auto table = lightTable(model, off, weights::LightExtrapolation::fade);
+  for (const weights::LightTable* used : {static_cast<const weights::LightTable*>(nullptr), &*table}) {
+    weights::QueryBatch batch = darkBatch(model, 200, random);
+    addTurnedEnvironment(batch, {lights, {1, 1, 1}, weights::LightExtrapolation::fade, used}, random);
     const ShadingPlan plain = planShading(model, batch, off), scaled = planShading(model, batch, on);
     EXPECT_GT(largestDifference(irradianceOf(model, batch, plain), irradianceOf(model, batch, scaled)), 0.1);
     EXPECT_LT(largestDifference(plain.lightBlend, scaled.lightBlend), 1e-7);
@@ -267,10 +273,10 @@ TEST_P(ShadeEnvironment, BlendColorsAreNotForeshortened) {
 
 TEST_P(ShadeEnvironment, SameBitsForAnyThreads) {
   const auto lights = randomEnvironment(20, random);
-  const auto table = lightTable(model, {}, ulr::LightExtrapolation::fade);
-  QueryBatch batch = darkBatch(model, 1500, random);
-  addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, table ? &*table : nullptr},
-                       random);
+  const auto table = lightTable(model, {}, weights::LightExtrapolation::fade);
+  weights::QueryBatch batch = darkBatch(model, 1500, random);
+  addTurnedEnvironment(
+      batch, {lights, {1, 1, 1}, weights::LightExtrapolation::fade, table ? &*table : nullptr}, random);
   const auto expected = shadedWith(model, batch);
   for (const int threads : {1, 2})
     tbb::task_arena(threads).execute([&] { EXPECT_EQ(shadedWith(model, batch), expected); });
@@ -289,15 +295,15 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
   const double spacing = lightSpacing(dome.model);
   ASSERT_LT(spacing, 0.7);
 
-  QueryBatch batch = darkBatch(dome.model, 400, random);
+  weights::QueryBatch batch = darkBatch(dome.model, 400, random);
   batch.lights = 1;
   for (size_t q = 0; q < batch.size(); ++q) {
     batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(randomUnit<float>(random)));
     batch.irradiance.push_back({1, 1, 1});
   }
-  const ShadeOptions plain{.lightFit = ulr::LightFit::mean, .foreshortened = false};
+  const weights::ShadeOptions plain{.lightFit = weights::LightFit::mean, .foreshortened = false};
   const auto extrapolated = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
-  batch.extrapolation = {ulr::LightExtrapolation::fade};
+  batch.extrapolation = {weights::LightExtrapolation::fade};
   const auto faded = irradianceOf(dome.model, batch, planShading(dome.model, batch, plain));
   size_t inside = 0, outside = 0;
   for (size_t q = 0; q < batch.size(); ++q) {
@@ -317,16 +323,16 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
 
   // An environment of the same light fades as the light does.
   for (const bool tabulated : {false, true}) {
-    const auto table = lightTable(dome.model, plain, ulr::LightExtrapolation::fade);
+    const auto table = lightTable(dome.model, plain, weights::LightExtrapolation::fade);
     if (tabulated && !table) continue;
-    QueryBatch maps = batch;
+    weights::QueryBatch maps = batch;
     maps.lights = 0;
     maps.towardsLight.clear();
     maps.irradiance.clear();
     maps.extrapolation.clear();
-    const ulr::EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
+    const weights::EnvironmentLight lamp{{0, 0, 1}, {1, 1, 1}};
     maps.environments.push_back(
-        {{&lamp, 1}, {1, 1, 1}, ulr::LightExtrapolation::fade, tabulated ? &*table : nullptr});
+        {{&lamp, 1}, {1, 1, 1}, weights::LightExtrapolation::fade, tabulated ? &*table : nullptr});
     for (const auto& towards : batch.towardsLight)
       maps.acquisitionFromEnvironment.emplace_back(turnFromZ(towards.raw()));
     const auto got = irradianceOf(dome.model, maps, planShading(dome.model, maps, plain));
@@ -344,10 +350,10 @@ TEST_P(ShadeEnvironment, WhatIsFarFromCapturedLightsFadesAndTheRestStays) {
 
 TEST_P(ShadeEnvironment, TheNearestLightAnswersForItInTheBaseline) {
   const auto lights = randomEnvironment(7, random);
-  ShadeOptions nearest;
+  weights::ShadeOptions nearest;
   nearest.nearest = true;
-  QueryBatch batch = darkBatch(model, 200, random);
-  addTurnedEnvironment(batch, {lights, {1, 1, 1}, ulr::LightExtrapolation::fade, nullptr}, random);
+  weights::QueryBatch batch = darkBatch(model, 200, random);
+  addTurnedEnvironment(batch, {lights, {1, 1, 1}, weights::LightExtrapolation::fade, nullptr}, random);
   const auto together = shadedWith(model, batch, nearest),
              apart = shadedWith(model, unrolled(batch), nearest);
   EXPECT_LT(largestDifference(together, apart) / largest(apart), 2e-6);
@@ -357,7 +363,7 @@ TEST(ShadeEnvironmentFixed, FixedIlluminationRefusesEnvironments) {
   const PackedStudio packed({.lights = 0}, 300);
   std::mt19937 random(3);
   const auto lights = randomEnvironment(2, random);
-  QueryBatch batch = darkBatch(packed.model, 5, random);
+  weights::QueryBatch batch = darkBatch(packed.model, 5, random);
   addTurnedEnvironment(batch, {lights}, random);
   EXPECT_NE(image::errorOf([&] { planShading(packed.model, batch, {}); }).find("fixed illumination"),
             std::string::npos);

@@ -18,8 +18,8 @@ using namespace studio;
 
 constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
 
-QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
-  QueryBatch result;
+weights::QueryBatch permuted(const weights::QueryBatch& batch, std::span<const size_t> order) {
+  weights::QueryBatch result;
   result.lights = batch.lights;
   for (const size_t q : order) {
     result.surfels.push_back(batch.surfels[q]);
@@ -32,7 +32,8 @@ QueryBatch permuted(const QueryBatch& batch, std::span<const size_t> order) {
   return result;
 }
 
-std::vector<Rgb> shaded(const model::Model& model, const QueryBatch& batch, size_t cacheBytes = everything) {
+std::vector<Rgb> shaded(const model::Model& model, const weights::QueryBatch& batch,
+                        size_t cacheBytes = everything) {
   codec::BlockCache cache(model.files, cacheBytes);
   ShadingStats stats;
   return shade(model, batch, {}, cache, stats).radiance;
@@ -70,7 +71,7 @@ TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotograph) {
 }
 
 TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
-  const QueryBatch batch = randomBatch(model, 1000, 2, random);
+  const weights::QueryBatch batch = randomBatch(model, 1000, 2, random);
   const ShadingPlan plan = planShading(model, batch, {});
   codec::BlockCache cache(model.files, everything);
   ShadingStats stats;
@@ -84,11 +85,12 @@ TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
 }
 
 // Largest difference between shaded radiance and reference, relative to white.
-double errorOfShading(const model::Model& model, const QueryBatch& batch, const ShadeOptions& options) {
+double errorOfShading(const model::Model& model, const weights::QueryBatch& batch,
+                      const weights::ShadeOptions& options) {
   codec::BlockCache cache(model.files, everything);
   ShadingStats stats;
   const auto fast = shade(model, batch, options, cache, stats).radiance;
-  const auto exact = shadeReference(model, batch, options, cache);
+  const auto exact = shadeReference(planReference(model, batch, options), cache);
   double worst = 0;
   EXPECT_EQ(fast.size(), exact.size());
   for (size_t q = 0; q < exact.size(); ++q)
@@ -97,21 +99,22 @@ double errorOfShading(const model::Model& model, const QueryBatch& batch, const 
   return worst / model.white;
 }
 
-void addEnvironment(QueryBatch& batch, std::span<const ulr::EnvironmentLight> lights, std::mt19937& random) {
-  batch.environments.push_back({lights, {0.5f, 1, 2}, ulr::LightExtrapolation::fade, nullptr});
+void addEnvironment(weights::QueryBatch& batch, std::span<const weights::EnvironmentLight> lights,
+                    std::mt19937& random) {
+  batch.environments.push_back({lights, {0.5f, 1, 2}, weights::LightExtrapolation::fade, nullptr});
   for (size_t q = 0; q < batch.size(); ++q)
     batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
 }
 
 // ULR weights are steep next to a captured camera or light, where rounded directions show.
 TEST_F(Shade, EqualsTheReference) {
-  QueryBatch batch = randomBatch(model, 300, 2, random);
-  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  weights::QueryBatch batch = randomBatch(model, 300, 2, random);
+  batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
   for (const bool foreshortened : {false, true})
-    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane})
+    for (const weights::LightFit fit : {weights::LightFit::mean, weights::LightFit::plane})
       EXPECT_LT(errorOfShading(model, batch, {.lightFit = fit, .foreshortened = foreshortened}), 3e-7);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 4e-7);
-  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true}), 7e-7);
   // Many surfels need fallback views.
@@ -122,21 +125,19 @@ TEST_F(Shade, EqualsTheReference) {
 // Squared distances of pairs are rounded (pair_weights.cpp); the error measured is 1.8e-5.
 void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
   model.interpolation.halfScale = 0.2f;
-  QueryBatch batch = randomBatch(model, 300, 2, random);
-  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  weights::QueryBatch batch = randomBatch(model, 300, 2, random);
+  batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
   const auto expectEqual = [&] {
     for (const bool foreshortened : {false, true}) {
-      EXPECT_LT(errorOfShading(model, batch,
-                               {.interpolation = Interpolation::pairs, .foreshortened = foreshortened}),
-                3e-5);
-      EXPECT_LT(errorOfShading(model, batch,
-                               {.interpolation = Interpolation::kriging, .foreshortened = foreshortened}),
-                3e-5);
       EXPECT_LT(
-          errorOfShading(
-              model, batch,
-              {.interpolation = Interpolation::kriging, .reciprocal = true, .foreshortened = foreshortened}),
-          2e-4);
+          errorOfShading(model, batch,
+                         {.interpolation = weights::Interpolation::kriging, .foreshortened = foreshortened}),
+          3e-5);
+      EXPECT_LT(errorOfShading(model, batch,
+                               {.interpolation = weights::Interpolation::kriging,
+                                .reciprocal = true,
+                                .foreshortened = foreshortened}),
+                2e-4);
     }
   };
   expectEqual();
@@ -146,7 +147,7 @@ void expectPairsOfTheReference(model::Model& model, std::mt19937& random) {
   for (size_t entry = 0; entry < batch.towardsLight.size(); ++entry)
     batch.reached.push_back(static_cast<float>(random() % 3) / 2);
   expectEqual();
-  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   expectEqual();
   // Many surfels need fallback views.
@@ -163,19 +164,17 @@ TEST_F(ShadeNearPairs, PairsOfNearViewsAndLightsEqualTheReference) {
 // Epipole consistency, for cameras and lights together.
 void expectPhotographsThemselves(const model::Model& model, std::mt19937& random) {
   const auto [batch, photographs] = capturedRays(model, random);
-  for (const Interpolation interpolation : {Interpolation::pairs, Interpolation::kriging}) {
-    const ShadingPlan plan =
-        planShading(model, batch, {.interpolation = interpolation, .foreshortened = false});
-    std::vector<float> ofPhotograph(batch.size());
-    for (const ShadingOp& op : plan.ops) {
-      const auto [view, column] = photographs[op.target];
-      if (op.view != view) continue;
-      const Rgb all = irradianceRatio(batch.irradiance[op.target], batch.irradiance[op.target]);
-      for (const auto& [other, weight] : rowOf(plan, op))
-        if (other == column) ofPhotograph[op.target] += op.weight * weight.r / all.r;
-    }
-    EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 3e-3f);
+  const ShadingPlan plan =
+      planShading(model, batch, {.interpolation = weights::Interpolation::kriging, .foreshortened = false});
+  std::vector<float> ofPhotograph(batch.size());
+  for (const ShadingOp& op : plan.ops) {
+    const auto [view, column] = photographs[op.target];
+    if (op.view != view) continue;
+    const Rgb all = weights::irradianceRatio(batch.irradiance[op.target], batch.irradiance[op.target]);
+    for (const auto& [other, weight] : rowOf(plan, op))
+      if (other == column) ofPhotograph[op.target] += op.weight * weight.r / all.r;
   }
+  EXPECT_GT(*std::ranges::min_element(ofPhotograph), 1 - 3e-3f);
 }
 
 TEST_F(Shade, ACapturedRayUnderACapturedLightIsThatPhotographByPairsToo) {
@@ -188,7 +187,7 @@ TEST_F(ShadeNearPairs, ACapturedRayUnderACapturedLightIsThatPhotograph) {
 // Photographs in light answer for light, those in shadow for shadow. Others have a little weight where those
 // of the requested state are far, so that none appears at once. Here every second light is in shadow.
 TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
-  QueryBatch batch = randomBatch(model, 300, 1, random);
+  weights::QueryBatch batch = randomBatch(model, 300, 1, random);
   model.lightVisibility = {model.rig.lights.size(), {}};
   for (size_t i = 0; i < model.cloud.size(); ++i)
     for (size_t light = 0; light < model.rig.lights.size(); ++light)
@@ -196,7 +195,7 @@ TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
   for (const float reached : {0.f, 1.f}) {
     batch.reached.assign(batch.size(), reached);
     const ShadingPlan plan =
-        planShading(model, batch, {.interpolation = Interpolation::kriging, .foreshortened = false});
+        planShading(model, batch, {.interpolation = weights::Interpolation::kriging, .foreshortened = false});
     double wrong = 0, all = 0;
     for (const ShadingOp& op : plan.ops)
       for (const auto& [light, factor] : rowOf(plan, op)) {
@@ -212,20 +211,20 @@ TEST_F(Shade, OnlyPhotographsOfTheRequestedShadowStateAnswer) {
 }
 
 TEST_F(ShadePairs, EqualsTheReference) {
-  QueryBatch batch = randomBatch(model, 200, 2, random);
-  batch.extrapolation = {ulr::LightExtrapolation::fade, ulr::LightExtrapolation::clamp};
+  weights::QueryBatch batch = randomBatch(model, 200, 2, random);
+  batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
   EXPECT_LT(errorOfShading(model, batch, {}), 3e-7);
   EXPECT_LT(errorOfShading(model, batch, {.weightError = 0.1f}), 2e-6);
   EXPECT_LT(errorOfShading(model, batch, {.nearest = true}), 2e-7);
   for (uint8_t& fade : model.visibility.values) fade = random() % 8 == 0 ? 255 : 0;
   EXPECT_LT(errorOfShading(model, batch, {}), 2e-7);
-  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {}), 3e-7);
 }
 
 // Gives each query up to `most` random places, the first none and the second the most.
-void addPlaces(QueryBatch& batch, const model::Model& model, uint32_t most, std::mt19937& random) {
+void addPlaces(weights::QueryBatch& batch, const model::Model& model, uint32_t most, std::mt19937& random) {
   batch.firstPlace = {0};
   for (size_t q = 0; q < batch.size(); ++q) {
     for (size_t i = q < 2 ? most * q : random() % (most + 1); i > 0; --i)
@@ -235,21 +234,21 @@ void addPlaces(QueryBatch& batch, const model::Model& model, uint32_t most, std:
 }
 
 TEST_F(Shade, PlacesHaveTheWeightsOfTheirQuery) {
-  QueryBatch batch = randomBatch(model, 150, 2, random);
+  weights::QueryBatch batch = randomBatch(model, 150, 2, random);
   addPlaces(batch, model, 20, random);
   EXPECT_LT(errorOfShading(model, batch, {.placesPerQuery = 20}), 1e-6);
 }
 
 TEST_F(ShadePairs, PlacesHaveTheWeightsOfTheirQuery) {
-  QueryBatch batch = randomBatch(model, 50, 2, random);
+  weights::QueryBatch batch = randomBatch(model, 50, 2, random);
   addPlaces(batch, model, 5, random);
-  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {.placesPerQuery = 5}), 1e-6);
 }
 
 TEST_F(Shade, APlaceOfItsOwnChangesNoBit) {
-  QueryBatch batch = randomBatch(model, 300, 2, random);
+  weights::QueryBatch batch = randomBatch(model, 300, 2, random);
   const std::vector<Rgb> expected = shaded(model, batch);
   batch.places = batch.surfels;
   for (uint32_t q = 0; q <= batch.size(); ++q) batch.firstPlace.push_back(q);
@@ -257,16 +256,16 @@ TEST_F(Shade, APlaceOfItsOwnChangesNoBit) {
 }
 
 TEST_F(Shade, TruncatedWeightsEqualTheReference) {
-  QueryBatch batch = randomBatch(model, 300, 2, random); // long rows
-  QueryBatch one = randomBatch(model, 300, 1, random);
+  weights::QueryBatch batch = randomBatch(model, 300, 2, random); // long rows
+  weights::QueryBatch one = randomBatch(model, 300, 1, random);
   for (const float error : {0.05f, 0.3f}) {
-    for (const ulr::LightFit fit : {ulr::LightFit::mean, ulr::LightFit::plane}) {
-      const ShadeOptions options{.lights = 2, .lightFit = fit, .weightError = error};
+    for (const weights::LightFit fit : {weights::LightFit::mean, weights::LightFit::plane}) {
+      const weights::ShadeOptions options{.lights = 2, .lightFit = fit, .weightError = error};
       EXPECT_LT(errorOfShading(model, batch, options), 3e-6);
       EXPECT_LT(errorOfShading(model, one, options), 3e-6);
     }
   }
-  const std::vector<ulr::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+  const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
   addEnvironment(batch, lights, random);
   EXPECT_LT(errorOfShading(model, batch, {.foreshortened = true, .weightError = 0.1f}), 3e-6);
   const auto operations = [&](float error) {
@@ -276,7 +275,7 @@ TEST_F(Shade, TruncatedWeightsEqualTheReference) {
 }
 
 TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {
-  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  const weights::QueryBatch batch = randomBatch(model, 2000, 2, random);
   const auto expected = shaded(model, batch);
   size_t imageBytes = 0;
   for (uint32_t block = 0; block < model.files[0].blockCount(); ++block)
@@ -288,7 +287,7 @@ TEST_F(Shade, SameBitsForAnyThreadsAndAnyCache) {
 }
 
 TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
-  const QueryBatch batch = randomBatch(model, 2000, 2, random);
+  const weights::QueryBatch batch = randomBatch(model, 2000, 2, random);
   std::vector<size_t> order(batch.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::ranges::shuffle(order, random);
@@ -297,7 +296,7 @@ TEST_F(Shade, ShufflingTheQueriesShufflesTheAnswers) {
 }
 
 // Parts of any size give the result of the whole, also if the parts are generated one by one.
-void expectPartsAreTheWhole(const model::Model& model, const QueryBatch& batch) {
+void expectPartsAreTheWhole(const model::Model& model, const weights::QueryBatch& batch) {
   const auto inPartsOf = [&](size_t targets) {
     codec::BlockCache cache(model.files, everything);
     ShadingStats stats;
@@ -307,13 +306,13 @@ void expectPartsAreTheWhole(const model::Model& model, const QueryBatch& batch) 
     codec::BlockCache cache(model.files, everything);
     ShadingStats stats;
     size_t most = 0;
-    const FillBatch fill = [&](size_t begin, size_t end, QueryBatch& part) {
+    const FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& part) {
       most = std::max(most, end - begin);
       std::vector<size_t> queries(end - begin);
       std::iota(queries.begin(), queries.end(), begin);
       part = permuted(batch, queries);
     };
-    const ShadeOptions options{.showsBlends = true, .targetsAtOnce = targets};
+    const weights::ShadeOptions options{.showsBlends = true, .targetsAtOnce = targets};
     const Shaded filled = shade(model, batch.size(), fill, options, cache, stats);
     const size_t perQuery = model.isFullProduct ? 1 : batch.sources();
     EXPECT_EQ(most, std::min(batch.size(), std::max(size_t{1}, targets / perQuery)));
@@ -354,10 +353,10 @@ TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
 }
 
 TEST_F(Shade, LightAddsUp) {
-  const QueryBatch both = randomBatch(model, 1000, 2, random);
-  QueryBatch first = both, second = both;
+  const weights::QueryBatch both = randomBatch(model, 1000, 2, random);
+  weights::QueryBatch first = both, second = both;
   first.lights = second.lights = 1;
-  for (QueryBatch* one : {&first, &second}) {
+  for (weights::QueryBatch* one : {&first, &second}) {
     const size_t l = one == &second;
     one->towardsLight.clear();
     one->irradiance.clear();
@@ -371,7 +370,7 @@ TEST_F(Shade, LightAddsUp) {
 }
 
 TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
-  QueryBatch batch = randomBatch(model, 500, 1, random);
+  weights::QueryBatch batch = randomBatch(model, 500, 1, random);
   const auto lit = planShading(model, batch, {.showsBlends = true}).lightBlend;
   std::ranges::fill(batch.irradiance, Rgb{});
   EXPECT_EQ(planShading(model, batch, {.showsBlends = true}).lightBlend, lit);
@@ -380,7 +379,7 @@ TEST_F(Shade, ADarkLightIsBlackAndBlendsAsAnyOther) {
 
 // Holds even if operations are lost, since they are compensated by operations of the same light.
 TEST_F(ShadePairs, LightsAddUp) {
-  const QueryBatch both = randomBatch(model, 400, 2, random);
+  const weights::QueryBatch both = randomBatch(model, 400, 2, random);
   ShadingPlan plan = planShading(model, both, {});
   // Moves every seventh operation to a corner without object.
   for (size_t i = 0; i < plan.ops.size(); i += 7) plan.ops[i].x = plan.ops[i].y = 0.5f;
@@ -404,7 +403,7 @@ TEST_F(ShadePairs, LightsAddUp) {
 TEST(ShadeFixedIllumination, ComesBackWithoutLightsAndRefusesThem) {
   const PackedStudio packed({.lights = 0}, 1000);
   std::mt19937 random(3);
-  const QueryBatch batch = randomBatch(packed.model, 1000, 0, random);
+  const weights::QueryBatch batch = randomBatch(packed.model, 1000, 0, random);
   EXPECT_LT(errorOfShading(packed.model, batch, {}), 4e-7);
   const auto radiance = shaded(packed.model, batch);
   double squares = 0;
@@ -414,7 +413,7 @@ TEST(ShadeFixedIllumination, ComesBackWithoutLightsAndRefusesThem) {
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(batch.size())) / packed.model.white, 0.011);
 
-  const QueryBatch lit = randomBatch(packed.model, 10, 1, random);
+  const weights::QueryBatch lit = randomBatch(packed.model, 10, 1, random);
   EXPECT_NE(image::errorOf([&] { planShading(packed.model, lit, {}); }).find("fixed illumination"),
             std::string::npos);
 }

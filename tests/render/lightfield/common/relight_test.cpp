@@ -4,7 +4,7 @@
 #include "render/lightfield/common/views.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
-#include "srf/ulr/environment_map.h"
+#include "srf/weights/environment_map.h"
 #include "tests/support/synthetic_capture.h"
 #include "tests/support/text.h"
 
@@ -34,8 +34,8 @@ ShotLight ownLight(const capture::Light& light, float factor) {
 }
 
 ShotLight environment(const image::Image& radiance) {
-  return scene::ShotEnvironment{std::make_shared<const ulr::EnvironmentMap>(
-                                    ulr::environmentOf(radiance, ulr::EnvironmentMapping::latLong)),
+  return scene::ShotEnvironment{std::make_shared<const weights::EnvironmentMap>(
+                                    weights::environmentOf(radiance, weights::EnvironmentMapping::latLong)),
                                 Rotation<ObjectSpace, EnvironmentSpace>()};
 }
 

@@ -1,6 +1,6 @@
 #include "render/lightfield/common/sight.h"
 
-#include "srf/ulr/visibility_weights.h"
+#include "srf/weights/fades.h"
 #include "tests/support/box_capture.h"
 #include "tests/support/random.h"
 
@@ -116,8 +116,8 @@ TEST(Sight, AnOccluderHidesWhatLiesBehindItAndFadesWhatIsBesideIt) {
     } else {
       const double fade = seen ? static_cast<double>(seen->fade) : 0;
       // The first pixels that show the table alone are up to a pixel and a half from the outline.
-      EXPECT_LE(fade, ulr::smoothStep(0, 3, distance + 1) + 1e-6);
-      EXPECT_GE(fade, distance < 1.6 ? 0 : ulr::smoothStep(0, 3, distance - 0.6) - 1e-6);
+      EXPECT_LE(fade, weights::smoothStep(0, 3, distance + 1) + 1e-6);
+      EXPECT_GE(fade, distance < 1.6 ? 0 : weights::smoothStep(0, 3, distance - 0.6) - 1e-6);
       ++(fade < 0.9 ? faded : clear);
     }
   }

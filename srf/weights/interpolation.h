@@ -1,0 +1,65 @@
+// Interpolation: which weights answer a query.
+//
+//   lights of the query      capture         paper, separate, nearest         kriging
+//   none: fixed illumination                 cameras                          cameras
+//   directional, point       full product    cameras and lights apart         kriging of pairs
+//   directional, point       with gaps       ULR of photographed pairs        kriging of photographed pairs
+//   environments             full product    cameras and lights apart         cameras and lights apart
+//   environments             with gaps       ULR of photographed pairs        ULR of photographed pairs
+//
+// A full product has a photograph of every camera under every light. Cameras: camera_weights.h, lights:
+// light_weights.h, pairs: pair_weights.h.
+#pragma once
+
+#include "srf/weights/light_blend.h"
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace surflect::weights {
+
+struct ReflectanceField;
+struct ShadeOptions;
+
+// How photographs are weighted for a surfel, a direction to the viewer and a light.
+enum class Interpolation {
+  paper,    // cameras and lights each by their own angle  [Weyrich 2005, §5.2]
+  separate, // likewise, with the model's light blend, and surfels weighted by confidence
+  kriging,  // kriging over (camera, light) pairs (kriging.h)
+};
+
+constexpr std::string_view nameOf(Interpolation interpolation) {
+  constexpr std::array<std::string_view, 3> kNames{"paper", "separate", "kriging"};
+  return kNames[static_cast<size_t>(interpolation)];
+}
+
+// How the photographs of a model are weighted, unless options say otherwise.
+struct InterpolationChoice {
+  Interpolation kind = Interpolation::separate;
+  float halfScale = 0.2f;  // of half vectors under kriging (KrigingScales)
+  bool reciprocal = false; // under kriging, photographs also answer for camera and light exchanged
+  // Under kriging, whether shadow states are used (shadow_state.h). Wrong where light passes through the
+  // object.
+  bool shadows = true;
+
+  friend bool operator==(const InterpolationChoice&, const InterpolationChoice&) = default;
+};
+
+// The interpolation that the options ask for, or else the model's.
+Interpolation interpolationOf(const ReflectanceField& field, const ShadeOptions& options);
+
+// The light blend that the options ask for, or else the model's.
+LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options);
+
+// Number of (camera, light) pairs to blend: that of the options, or else six under kriging and four under
+// ULR. Six move highlights more smoothly than four; ULR hardly gains by them.
+size_t pairCount(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if directional and point lights are answered by kriging.
+bool usesKriging(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if cameras and lights are weighted apart for directional and point lights.
+bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);
+
+} // namespace surflect::weights

@@ -1,0 +1,56 @@
+// Reciprocity: reflectance stays the same when the directions to light and viewer are exchanged [Helmholtz
+// 1867]. Under kriging, the photograph of camera a under light b thus also answers for a light in the
+// direction of a and a viewer in the direction of b.
+//
+// The pixel of an exchanged pair holds the cosine of b, which foreshortening (irradiance_ratio.h) replaces by
+// that of the requested light; without foreshortening there is no reciprocity. An exchanged pair shows a lit
+// surfel: its confidence falls with the cosine of b, and with the shadow states under b and under the
+// requested light.
+//
+// [Helmholtz 1867] Helmholtz: Handbuch der physiologischen Optik.
+#pragma once
+
+#include "srf/weights/nearest_pairs.h"
+#include "srf/weights/nearest_sources.h"
+#include "srf/weights/query.h"
+#include "srf/weights/rig_at_surfel.h"
+
+#include <optional>
+#include <vector>
+
+namespace surflect::weights {
+
+// Nugget of an exchanged pair in addition to nuggetOf (kriging.h).
+inline constexpr float kReciprocalNugget = 0.02f;
+
+// True if photographs also answer for camera and light exchanged.
+bool isReciprocal(const ReflectanceField& field, const ShadeOptions& options);
+
+// Confidence in a captured light as the viewer of an exchanged pair, from its cosine at the surfel, its
+// shadow state there, and that of the requested light; empty: states are not used.
+float exchangedConfidence(float cosine, float reached, std::optional<float> requested);
+float exchangedConfidence(const RigAtSurfel& rig, uint32_t light, std::optional<float> requested);
+
+// Exchanged pairs for one query after another. Has working memory of its own: use one object per thread.
+class ExchangedPairs {
+public:
+  // Field and batch must outlive this.
+  ExchangedPairs(const ReflectanceField& field, const QueryBatch& batch);
+
+  // Finds the lights of the rig nearest to the viewers, and the views nearest to the lights, of the queries
+  // from `begin` on (1..kQueryLanes). `lights` is set to their places.
+  void prepare(size_t begin, size_t count, NearestLights& lights);
+
+  // The near pairs for the l-th light of the lane-th prepared query: the nearest lights of the rig as viewers
+  // and the nearest views as lights. None if single precision lost a direction.
+  NearPairs near(size_t lane, size_t l, std::optional<float> requested, const RigAtSurfel& rig) const;
+
+private:
+  const ReflectanceField& field_;
+  const QueryBatch& batch_;
+  QueryBlends lightsNearViewer_;
+  std::vector<NearestViews> nearestViews_; // one per light of a query
+  std::vector<const QueryBlends*> viewsNearLight_;
+};
+
+} // namespace surflect::weights
