@@ -10,7 +10,6 @@
 #include "render/lightfield/slf/regions.h"
 #include "render/lightfield/slf/resample.h"
 #include "render/lightfield/slf/texel_points.h"
-#include "render/lightfield/slf/texture_file.h"
 #include "render/lightfield/slf/unseen_regions.h"
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"

@@ -1,11 +1,13 @@
 #include "render/lightfield/slf/field_file.h"
 
+#include "render/lightfield/common/texel_file.h"
 #include "render/lightfield/slf/charts.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
 #include "surfel/base/error_context.h"
 
 #include <algorithm>
+#include <cassert>
 #include <string>
 #include <utility>
 
@@ -106,6 +108,25 @@ StoredField parseField(std::span<const std::byte> bytes, TriangleMesh mesh, uint
     throw Error("triangle " + std::to_string(missing - isCovered.begin()) + " of the mesh is in none")
         .at("regions");
   return stored;
+}
+
+TextureFile::TextureFile(OpenFile file, TexturePlaces places, std::span<const Region> regions)
+    : file_(std::move(file)), places_(std::move(places)) {
+  assert(places_.size() == regions.size());
+  for (const Region& region : regions) sizes_.push_back(region.chart.texels());
+}
+
+std::vector<Texel> TextureFile::read(size_t region, size_t direction) const {
+  std::vector<Texel> texels(sizes_[region]); // black
+  const uint64_t place = places_[region][direction];
+  if (place == kNotStored) return texels;
+  try {
+    lightfield::readTexels(file_, place, texels);
+  } catch (Error& error) {
+    throw std::move(error).at("texture " + std::to_string(direction) + " of region " +
+                              std::to_string(region));
+  }
+  return texels;
 }
 
 } // namespace surflect::slf

@@ -2,7 +2,6 @@
 
 #include "render/lightfield/common/texel_file.h"
 #include "render/lightfield/slf/field_file.h"
-#include "render/lightfield/slf/texture_file.h"
 
 #include <span>
 #include <utility>

@@ -2,7 +2,6 @@
 
 #include "render/lightfield/slf/build.h"
 #include "render/lightfield/slf/field_file.h"
-#include "render/lightfield/slf/texture_file.h"
 #include "srf/image/half_float.h"
 #include "tests/support/box_capture.h"
 

@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/texture_file.h"
+#include "render/lightfield/slf/field_file.h"
 
 #include "tests/srf/image/files.h"
 
