@@ -4,6 +4,7 @@
 #include "bench/accuracy/directions.h"
 #include "bench/accuracy/program.h"
 #include "render/evaluation/evaluate.h"
+#include "render/methods.h"
 
 #include <cstdlib>
 #include <map>
@@ -39,13 +40,11 @@ Json ablation(const Words& words) {
     const scene::Script script = scene::readScript(words[2], model.rig.origin);
     warp = scene::warpAt(script, scene::shotTime(script, std::atof(words[3].c_str())));
   }
-  const auto opened = [&](const render::RendererOptions& how) { return method::openRenderer(words[0], how); };
-  render::RendererOptions nearest;
-  nearest.nearest = true;
+  const auto opened = [&](const method::Setting& setting) { return method::openRenderer(words[0], setting); };
   std::map<std::string, std::unique_ptr<method::Renderer>> variants;
-  variants["nearest"] = opened(nearest);
+  variants["nearest"] = opened({{"interpolation", "nearest"}});
   if (isBent) {
-    variants["bisector"] = withDirections(model, byBisector);
+    variants["bisector"] = opened({{"tangents", "bisector"}});
     variants["gram_schmidt"] = withDirections(model, byGramSchmidt);
     variants["inverse_jacobian"] = withDirections(model, byInverseJacobian);
   }

@@ -7,6 +7,7 @@
 #include "warp/deform.h"
 
 #include <memory>
+#include <span>
 
 namespace surflect::bench {
 
@@ -32,11 +33,15 @@ Mat3<double> jacobianAt(const warp::Warp& warp, const Vec3<double>& x, double st
 class DirectionsRenderer : public method::Renderer {
 public:
   DirectionsRenderer(const model::Model& model, DirectionsBack back)
-      : model_(model),
-        back_(back), description_{model.folder, "", {}, model.rig, model.middle, model.cloud.p0},
+      : model_(model), back_(back), description_{.method = "surfels",
+                                                 .folder = model.folder,
+                                                 .rig = model.rig,
+                                                 .middle = model.middle,
+                                                 .points = model.cloud.p0},
         cache_(model.files, size_t{1} << 30) {}
 
   const method::Description& describe() const override { return description_; }
+  std::span<const method::Option> options() const override { return {}; }
 
   method::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>&, const Progress&,
                              method::FrameLayers) override {
@@ -65,9 +70,9 @@ public:
     return {surfels::developRadiance(raster, shading::shade(model_, batch, {}, cache_, stats)), {}};
   }
 
-  method::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
-
 private:
+  void configure(const method::Setting&) override {}
+
   const model::Model& model_;
   DirectionsBack back_;
   method::Description description_;

@@ -6,6 +6,7 @@
 #include "render/control/knob_effects.h"
 #include "render/control/relative_error.h"
 #include "render/film/shot_renderer.h"
+#include "render/methods.h"
 #include "surfel/base/error.h"
 #include "surfel/base/processor_time.h"
 
@@ -74,6 +75,12 @@ double correlationOf(const std::vector<Trial>& trials) {
   return products / std::sqrt(workSquares * secondsSquares);
 }
 
+std::vector<method::Option> knobsOf(const method::Renderer& renderer) {
+  std::vector<method::Option> knobs(renderer.options().begin(), renderer.options().end());
+  std::erase_if(knobs, [](const method::Option& option) { return option.sweep.empty(); });
+  return knobs;
+}
+
 size_t combinationsOf(const std::vector<method::Option>& knobs) {
   size_t product = 1;
   for (const method::Option& knob : knobs) product *= knob.sweep.size();
@@ -134,7 +141,7 @@ private:
   std::string name() const { return script_.path.stem().string(); }
 
   method::FrameLayers render(int frame, const method::Setting& setting) {
-    renderer_->turn(setting);
+    renderer_->set(setting);
     return shot_.render(frame, arguments_.scale, {});
   }
 
@@ -148,7 +155,7 @@ private:
 
   // Fills the film's column of the table of knobs.
   void turnOneByOne(int frame, const image::Image& full) {
-    const std::vector<method::Option> knobs = renderer_->knobs();
+    const std::vector<method::Option> knobs = knobsOf(*renderer_);
     for (size_t k = 0; k < knobs.size(); ++k)
       for (size_t i = 1; i < knobs[k].sweep.size(); ++i) {
         const method::Setting setting{{knobs[k].name, knobs[k].sweep[i]}};
@@ -163,7 +170,7 @@ private:
           fullWork = atFull.work;
         }
         table_[{k, method::textOf(setting)}][name()] = {found.error, seconds / fullSeconds,
-                                                       found.work / fullWork};
+                                                        found.work / fullWork};
       }
   }
 
@@ -172,10 +179,10 @@ private:
   std::vector<method::Option> worthSweeping() const {
     const double most = std::ranges::max(arguments_.tolerances);
     for (double saving = 0.01;; saving *= kSavingStep) {
-      std::vector<method::Option> kept = renderer_->knobs();
+      std::vector<method::Option> kept = knobsOf(*renderer_);
       for (size_t k = 0; k < kept.size(); ++k) {
         double work = 1; // of the last value that is kept
-        std::erase_if(kept[k].values, [&, full = kept[k].values.front()](double value) {
+        std::erase_if(kept[k].sweep, [&, full = kept[k].sweep.front()](const method::Value& value) {
           if (value == full) return false;
           const KnobRow& row = table_.at({k, method::textOf({{kept[k].name, value}})}).at(name());
           const bool isWorth = row.error <= most && row.work <= (1 - saving) * work;
@@ -202,13 +209,16 @@ private:
         continue;
       method::Setting setting;
       for (size_t k = 0; k < steps.size(); ++k)
-        if (steps[k] > 0) setting[values_[k].name] = values_[k].values[steps[k]];
+        if (steps[k] > 0) setting[values_[k].name] = values_[k].sweep[steps[k]];
       trials.push_back(trial(frame, setting, full));
       if (trials.back().error > std::ranges::max(arguments_.tolerances)) failed.push_back(steps);
     } while (moveOn(values_, steps));
     std::string swept;
     for (const method::Option& knob : values_)
-      if (knob.sweep.size() > 1) swept += fmt::format("; {} {:g}", knob.name, fmt::join(knob.sweep, " "));
+      if (knob.sweep.size() > 1) {
+        swept += "; " + knob.name;
+        for (const method::Value& value : knob.sweep) swept += " " + value.text();
+      }
     fmt::print(stderr, "{}: frame {}: {} settings, correlation of work and processor time {:.3f}{}\n", name(),
                frame, trials.size(), correlationOf(trials), swept);
     return trials;

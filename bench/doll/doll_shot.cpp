@@ -1,6 +1,6 @@
 #include "bench/doll/doll_shot.h"
 
-#include "render/surfels/surfel_knobs.h"
+#include "render/surfels/surfel_method.h"
 #include "surfel/math/bounds.h"
 #include "surfel/math/sphere_sampling.h"
 
@@ -49,9 +49,15 @@ Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights) {
   return shot;
 }
 
-Shot previewOf(const model::Model& model, Shot shot) {
-  const std::vector<surfels::SurfelKnob> knobs = surfels::knobsOf(model, shot.options);
-  shot.options = surfels::turned(shot.options, knobs, surfels::previewOf(knobs));
+Shot previewOf(Shot shot) {
+  const method::Method& surfels = surfels::surfelMethod();
+  const surfels::FrameOptions preview =
+      surfels::frameOptions(method::settingOf(method::Preset::preview, surfels.renderOptions));
+  shot.options.shade.weightError = preview.shade.weightError;
+  shot.options.environmentError = preview.environmentError;
+  shot.options.splats.searchLayers = preview.splats.searchLayers;
+  shot.options.surfelSize = preview.surfelSize;
+  shot.options.surfelsPerPatch = preview.surfelsPerPatch;
   return shot;
 }
 

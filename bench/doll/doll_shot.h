@@ -25,7 +25,7 @@ capture::Camera<ObjectSpace> frontCamera(const SurfelCloud& cloud, int width, in
 Shot dollShot(const SurfelCloud& cloud, int width, int height, size_t lights);
 
 // The shot with the renderer's preview setting.
-Shot previewOf(const model::Model& model, Shot shot);
+Shot previewOf(Shot shot);
 
 // A model with every `step`-th view, over the same files.
 model::Model everyView(const model::Model& model, size_t step);

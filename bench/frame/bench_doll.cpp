@@ -142,8 +142,8 @@ public:
     frames_.push_back({"frame", "", 0, make});
     frames_.push_back({"preview", "", 0, [=, this] {
                          return std::make_unique<WarmFrame>(
-                             model, previewOf(*model, dollShot(model->cloud, arguments_.width,
-                                                               arguments_.height, arguments_.lights)));
+                             model, previewOf(dollShot(model->cloud, arguments_.width, arguments_.height,
+                                                       arguments_.lights)));
                        }});
     for (FrameBenchmark& entry : frames_) entry.frame = entry.make();
     if (arguments.growth)

@@ -1,6 +1,6 @@
 // Renders a model by its first captured camera under a light beside that camera; prints the size of the
 // picture and the pixel in its middle: R G B A.
-#include <render/renderer.h>
+#include <render/methods.h>
 
 #include <cstdio>
 

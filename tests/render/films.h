@@ -16,10 +16,10 @@ namespace surflect::studio {
 
 inline constexpr int pictureSize = 40; // pixels
 
-inline surfels::FrameLayers filmOf(const model::Model& model, const warp::Warp& warp,
-                                   const capture::Camera<ObjectSpace>& camera,
-                                   const std::vector<scene::ShotLight>& lights,
-                                   const surfels::FrameOptions& options = {}) {
+inline method::FrameLayers filmOf(const model::Model& model, const warp::Warp& warp,
+                                  const capture::Camera<ObjectSpace>& camera,
+                                  const std::vector<scene::ShotLight>& lights,
+                                  const surfels::FrameOptions& options = {}) {
   surfels::FrameWorkspace workspace(model, size_t{1} << 28);
   return surfels::renderFrame(model, {warp, camera, lights}, options, workspace);
 }

@@ -8,7 +8,6 @@
 
 #include "render/gl/projection.h"
 #include "render/lightfield/common/photograph_weights.h"
-#include "render/lightfield/common/pixel_samples.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"
@@ -24,6 +23,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -108,28 +108,29 @@ capture::Camera<ObjectSpace> lightFieldCamera(Dice& dice, const Subject& subject
   return camera;
 }
 
-method::Setting randomSetting(Dice& dice, const method::Renderer& renderer) {
-  method::Setting setting;
-  for (const knobs::Knob& knob : renderer.knobs()) {
-    const int value = dice.below(static_cast<int>(knob.values.size()));
+method::Setting randomSetting(Dice& dice, const Subject& subject) {
+  method::Setting setting = subject.setting;
+  for (const method::Option& knob : subject.renderer->options()) {
+    if (knob.sweep.empty()) continue;
+    const int value = dice.below(static_cast<int>(knob.sweep.size()));
     if (knob.name == "samples")
       setting["samples"] = dice.below(2) ? 1 : 1 + dice.below(3);
     else if (knob.name == "level" && dice.below(2))
-      setting["level"] = dice.within(0, knob.values[0]);
+      setting["level"] = dice.within(0, knob.sweep[0].number());
     else if (dice.below(2))
-      setting[knob.name] = knob.values[static_cast<size_t>(value)];
+      setting[knob.name] = knob.sweep[static_cast<size_t>(value)];
   }
   return setting;
 }
 
 // A setting that no renderer takes, with values that it would take beside it.
-method::Setting badSetting(Dice& dice, const method::Renderer& renderer) {
-  method::Setting setting = randomSetting(dice, renderer);
-  const std::vector<knobs::Knob> knobs = renderer.knobs();
-  const auto any = static_cast<size_t>(dice.below(static_cast<int>(knobs.size())));
+method::Setting badSetting(Dice& dice, const Subject& subject) {
+  method::Setting setting = randomSetting(dice, subject);
+  const std::span<const method::Option> options = subject.renderer->options();
+  const auto any = static_cast<size_t>(dice.below(static_cast<int>(options.size())));
   constexpr double kBad[] = {-1, 1e9, std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::infinity()};
-  setting[dice.isRare() ? "no knob" : knobs[any].name] = kBad[dice.below(4)];
+  setting[dice.isRare() ? "no option" : options[any].name] = kBad[dice.below(4)];
   return setting;
 }
 
@@ -246,8 +247,8 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
   method::Renderer& renderer = *subject.renderer;
   const warp::WarpPointer rest = warp::chainWarp({});
   const scene::Scene scene{*rest, lightFieldCamera(dice, subject), {}};
-  const method::Setting setting = randomSetting(dice, renderer);
-  renderer.turn(setting);
+  const method::Setting setting = randomSetting(dice, subject);
+  renderer.set(setting);
   const std::string identity = renderer.describe().identity;
   const std::vector<std::string> aovs{"depth", "observed"};
   const capture::Lens& lens = scene.camera.lens;
@@ -274,12 +275,12 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
   // Another frame, or what is refused, between two frames of one scene.
   if (dice.below(2)) {
     auto other = studio::cameraFrom<ObjectSpace>(dice.unit(), 4 + dice.below(8));
-    renderer.turn(randomSetting(dice, renderer));
+    renderer.set(randomSetting(dice, subject));
     renderer.render({*rest, other, {}});
-    renderer.turn(setting);
+    renderer.set(setting);
   } else {
     try {
-      renderer.turn(badSetting(dice, renderer));
+      renderer.set(badSetting(dice, subject));
       return "a bad setting is not refused";
     } catch (const Error&) {
     }
@@ -290,8 +291,9 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
   for (const auto& [name, aov] : film.aovs)
     if (again.aovs.at(name).values != aov.values) return "a second " + name + " has other bits";
 
-  const LightFieldCamera camera = lightfield::sampledCamera(scene, 1);
-  const int samples = static_cast<int>(setting.at("samples"));
+  const auto& pose = scene.camera.cameraFromWorld;
+  const LightFieldCamera camera{lens, {pose.rotation(), pose.translation()}};
+  const int samples = static_cast<int>(setting.at("samples").number());
   const auto wrong = disagreement(subject, setting, film.color, camera, samples);
   if (wrong && !wrong->empty()) return *wrong;
   tally.compared += wrong.has_value();

@@ -3,12 +3,11 @@
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/build.h"
 #include "render/lightfield/lfm/codebook_maps.h"
-#include "render/lightfield/lfm/lfm_renderer.h"
+#include "render/lightfield/lfm/lfm_file.h"
 #include "render/lightfield/lfm/reference.h"
 #include "render/lightfield/lfm/tile.h"
 #include "render/lightfield/lumigraph/build.h"
 #include "render/lightfield/lumigraph/lumigraph_file.h"
-#include "render/lightfield/lumigraph/lumigraph_renderer.h"
 #include "render/lightfield/lumigraph/reconstruction.h"
 #include "render/lightfield/lumigraph/reference.h"
 #include "render/lightfield/olf/build.h"
@@ -16,18 +15,15 @@
 #include "render/lightfield/olf/opacity_map_build.h"
 #include "render/lightfield/olf/opacity_map_file.h"
 #include "render/lightfield/olf/opacity_map_reference.h"
-#include "render/lightfield/olf/opacity_map_renderer.h"
-#include "render/lightfield/olf/opacity_renderer.h"
 #include "render/lightfield/olf/reference.h"
 #include "render/lightfield/slf/build.h"
 #include "render/lightfield/slf/open_field.h"
 #include "render/lightfield/slf/reference.h"
-#include "render/lightfield/slf/slf_renderer.h"
 #include "render/lightfield/spherical/build.h"
 #include "render/lightfield/spherical/pencil_weights.h"
 #include "render/lightfield/spherical/reference.h"
 #include "render/lightfield/spherical/spherical_file.h"
-#include "render/lightfield/spherical/spherical_renderer.h"
+#include "render/methods.h"
 #include "tests/render/lightfield/slf/meshes.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -43,6 +39,8 @@ namespace {
 
 constexpr int kPhotograph = 24; // pixels along a side
 constexpr int kPencilImage = 16;
+constexpr int kLargePencilImage = 64; // of which kTightMb holds few
+constexpr size_t kTightMb = 2;
 constexpr size_t kLevels = 2;
 constexpr double kBrightest = 0.9; // of studio::fixedRadiance()
 
@@ -110,6 +108,14 @@ lightfield::LightFieldFolder opened(const std::filesystem::path& folder, const c
   return lightfield::LightFieldFolder(folder, format, version);
 }
 
+// A renderer with a setting for all of its frames.
+Subject subjectOf(const std::filesystem::path& folder, const method::Setting& setting) {
+  Subject subject;
+  subject.renderer = method::openRenderer(folder, setting);
+  subject.setting = method::forFrames(subject.renderer->options(), setting);
+  return subject;
+}
+
 // ---------------------------------------------------------------------------------------------------------
 // Surface light fields
 
@@ -117,13 +123,12 @@ void buildSlf(const lightfield::Views& views, const std::filesystem::path& folde
   slf::build(views, {.regions = 8, .texels = 600, .directions = 18}, folder);
 }
 
-Subject slfSubject(const std::filesystem::path& folder, const slf::SlfOptions& options) {
-  Subject subject;
-  subject.renderer = std::make_unique<slf::SlfRenderer>(folder, options);
+Subject slfSubject(const std::filesystem::path& folder, const method::Setting& options) {
+  Subject subject = subjectOf(folder, options);
   const auto field = std::make_shared<const slf::OpenedField>(slf::openField(folder));
   const auto reference = std::make_shared<const slf::Reference>(field->field, *field->textures);
   subject.mesh = field->field.mesh;
-  const bool isExact = options.frame.basis == slf::Basis::perspective;
+  const bool isExact = !options.contains("basis");
   subject.plain = [=](const LightFieldCamera& camera, const method::Setting&) {
     return isExact ? std::optional(reference->render(camera).color) : std::nullopt;
   };
@@ -142,8 +147,7 @@ Subject slfSubject(const std::filesystem::path& folder, const slf::SlfOptions& o
 // Lumigraphs
 
 Subject lumigraphSubject(const std::filesystem::path& folder) {
-  Subject subject;
-  subject.renderer = std::make_unique<lumigraph::LumigraphRenderer>(folder);
+  Subject subject = subjectOf(folder, {});
   const auto field = std::make_shared<const lumigraph::Lumigraph>(
       lumigraph::readLumigraph(opened(folder, lumigraph::kFormat, lumigraph::kVersion)));
   const auto reference = std::make_shared<const lumigraph::Reference>(*field);
@@ -167,6 +171,13 @@ Subject lumigraphSubject(const std::filesystem::path& folder) {
 // ---------------------------------------------------------------------------------------------------------
 // Light field maps
 
+// Value of a setting, if it names the option.
+std::optional<size_t> countOf(const method::Setting& setting, const char* name) {
+  const auto found = setting.find(name);
+  if (found == setting.end()) return std::nullopt;
+  return static_cast<size_t>(found->second.number());
+}
+
 enum class Storage { plain, codebooks, blocks };
 constexpr double kBlockRounding = 0.02; // of radiance: drivers round S3TC blocks in their own ways
 
@@ -180,18 +191,15 @@ void buildLfm(const lightfield::Views& views, const std::filesystem::path& folde
   lfm::writeMaps(maps, views.capture(), folder);
 }
 
-Subject lfmSubject(const std::filesystem::path& folder, lfm::Passes passes, Storage storage) {
-  Subject subject;
+Subject lfmSubject(const std::filesystem::path& folder, const std::string& passes, Storage storage) {
+  Subject subject = subjectOf(folder, {{"passes", passes}});
   if (storage == Storage::blocks) subject.tolerance = kBlockRounding;
-  subject.renderer = std::make_unique<lfm::LfmRenderer>(folder, lfm::LfmOptions{.frame = {.passes = passes}});
   const auto reference = std::make_shared<const lfm::Reference>(lfm::openMaps(folder).maps);
   subject.mesh = opened(folder, lfm::kFormatTag, lfm::kFormatVersion).mesh();
   subject.plain = [=](const LightFieldCamera& camera,
                       const method::Setting& setting) -> std::optional<image::Image> {
-    if (passes == lfm::Passes::clamped) return std::nullopt;
-    const auto terms = setting.find("terms");
-    return reference->render(
-        camera, terms == setting.end() ? std::nullopt : std::optional(static_cast<size_t>(terms->second)));
+    if (passes == "clamped") return std::nullopt;
+    return reference->render(camera, countOf(setting, "terms"));
   };
   return subject;
 }
@@ -210,23 +218,22 @@ struct SphericalImages {
   std::vector<spherical::PencilImage> images;
 };
 
-Subject sphericalSubject(const std::filesystem::path& folder, const spherical::CacheBudgets& budgets) {
-  Subject subject;
-  subject.renderer =
-      std::make_unique<spherical::SphericalRenderer>(folder, spherical::SphericalOptions{.budgets = budgets});
+Subject sphericalSubject(const std::filesystem::path& folder, const method::Setting& options) {
+  Subject subject = subjectOf(folder, options);
   const auto field = std::make_shared<const SphericalImages>(folder);
   subject.mesh = opened(folder, spherical::kFormat, spherical::kVersion).mesh();
   subject.plain = [=](const LightFieldCamera& camera, const method::Setting& setting) {
-    const auto valueOf = [&](const char* name, double full) {
+    const auto isOn = [&](const char* name) {
       const auto found = setting.find(name);
-      return found == setting.end() ? full : found->second;
+      return found == setting.end() || found->second == method::Value(method::kOn);
     };
+    const auto level = setting.find("level");
     const auto shown = [&](const spherical::Pencil& pencil) {
       const spherical::ImageNumber image = spherical::imageOf(pencil);
       return spherical::ShownImage{image, &field->images[image]};
     };
-    const spherical::Look look{valueOf("level", kLevels - 1.), 0, valueOf("depth", 1) == 1,
-                               valueOf("interpolation", 1) == 1};
+    const spherical::Look look{level == setting.end() ? kLevels - 1. : level->second.number(), 0,
+                               isOn("depth"), isOn("interpolated")};
     return std::optional(
         spherical::renderReference(field->tree, field->file.shape(), shown, camera, look).color);
   };
@@ -255,9 +262,7 @@ struct OpenedOpacity {
 };
 
 Subject opacitySubject(const std::filesystem::path& folder, olf::Order order) {
-  Subject subject;
-  subject.renderer =
-      std::make_unique<olf::OpacityRenderer>(folder, olf::OpacityOptions{.samples = 1, .order = order});
+  Subject subject = subjectOf(folder, {{"order", std::string(olf::nameOf(order))}});
   subject.gaps = order == olf::Order::bsp ? 1 : 0; // where a cut triangle meets one that is whole
   const auto opacity = std::make_shared<const OpenedOpacity>(folder);
   subject.mesh = opacity->field.mesh;
@@ -289,21 +294,16 @@ void buildOlfm(lightfield::Views& views, const std::filesystem::path& folder, St
 }
 
 Subject olfmSubject(const std::filesystem::path& folder, olf::Order order, Storage storage) {
-  Subject subject;
+  Subject subject = subjectOf(folder, {{"order", std::string(olf::nameOf(order))}});
   if (storage == Storage::blocks) subject.tolerance = kBlockRounding;
-  subject.renderer =
-      std::make_unique<olf::OpacityMapRenderer>(folder, olf::OpacityMapOptions{.samples = 1, .order = order});
   const auto maps = std::make_shared<const olf::OpacityMaps>(
       olf::readMaps(opened(folder, olf::kMapFormat, olf::kMapVersion)));
   subject.mesh = maps->maps.mesh;
   subject.plain = [=](const LightFieldCamera& camera,
                       const method::Setting& setting) -> std::optional<image::Image> {
-    const auto terms = setting.find("terms"), layers = setting.find("layers");
-    const olf::ReferencePicture picture = olf::referencePicture(
-        *maps, camera,
-        terms == setting.end() ? std::nullopt : std::optional(static_cast<size_t>(terms->second)));
-    if (layers != setting.end() && static_cast<double>(picture.mostLayers) > layers->second)
-      return std::nullopt;
+    const olf::ReferencePicture picture = olf::referencePicture(*maps, camera, countOf(setting, "terms"));
+    const std::optional<size_t> layers = countOf(setting, "layers");
+    if (layers && picture.mostLayers > *layers) return std::nullopt;
     return picture.color;
   };
   return subject;
@@ -325,13 +325,13 @@ std::vector<SubjectName> tinyLightFields(const std::filesystem::path& folder) {
                             return open(place / kind);
                           }});
     };
-    const auto addSlf = [&](const char* name, const slf::SlfOptions& options) {
+    const auto addSlf = [&](const char* name, const method::Setting& options) {
       add("slf", name, buildSlf, [=](const auto& path) { return slfSubject(path, options); });
     };
     addSlf("fused", {});
-    addSlf("two stages", {.frame = {.method = slf::Method::twoStages}});
-    addSlf("three slots", {.slots = {0, slf::CachePolicy::lru}});
-    addSlf("gouraud", {.frame = {.basis = slf::Basis::gouraud}});
+    addSlf("two stages", {{"stages", "two"}});
+    addSlf("three slots", {{"cache_mb", 0}});
+    addSlf("gouraud", {{"stages", "two"}, {"basis", "gouraud"}});
 
     // Simplified geometry has a fringe.
     for (const size_t triangles : {size_t{0}, size_t{16}})
@@ -346,22 +346,23 @@ std::vector<SubjectName> tinyLightFields(const std::filesystem::path& folder) {
                             : object.name == "odd" ? Storage::codebooks
                                                    : Storage::blocks;
     for (const auto& [kind, method] : {std::pair("lfm", lfm::Method::pca), {"lfm by nmf", lfm::Method::nmf}})
-      for (const auto& [name, passes] : {std::pair("one pass", lfm::Passes::single),
-                                         {"a pass a term", lfm::Passes::perTerm},
-                                         {"clamped", lfm::Passes::clamped}})
+      for (const auto& [name, passes] :
+           {std::pair("one pass", "single"), {"a pass a term", "per_term"}, {"clamped", "clamped"}})
         add(
             kind, name,
             [=](const lightfield::Views& of, const auto& path) { buildLfm(of, path, method, storage); },
             [=](const auto& path) { return lfmSubject(path, passes, storage); });
 
-    const auto buildSpherical = [](const lightfield::Views& of, const auto& path) {
-      spherical::build(of, {.levels = kLevels, .size = kPencilImage}, {}, path);
+    const auto addSpherical = [&](const char* kind, int size, const method::Setting& options) {
+      add(
+          kind, method::textOf(options),
+          [=](const lightfield::Views& of, const auto& path) {
+            spherical::build(of, {.levels = kLevels, .size = size}, {}, path);
+          },
+          [=](const auto& path) { return sphericalSubject(path, options); });
     };
-    const size_t imageBytes = spherical::imageBytes(kPencilImage);
-    for (const auto& [name, budgets] :
-         {std::pair("ample", spherical::CacheBudgets{}), {"tight", {imageBytes, 21 * imageBytes}}})
-      add("spherical", name, buildSpherical,
-          [=](const auto& path) { return sphericalSubject(path, budgets); });
+    addSpherical("spherical", kPencilImage, {});
+    addSpherical("spherical, larger", kLargePencilImage, {{"cache_mb", kTightMb}});
 
     struct Opacity {
       const char* name;

@@ -22,6 +22,7 @@ using LightFieldCamera = capture::Camera<AcquisitionSpace>;
 // A renderer, and what must hold of its pictures.
 struct Subject {
   std::unique_ptr<method::Renderer> renderer;
+  method::Setting setting; // of all frames, beside knobs
   TriangleMesh mesh;
   // RGBA, premultiplied, with a ray through the middle of each pixel; none where a setting has no plain form.
   std::function<std::optional<image::Image>(const LightFieldCamera&, const method::Setting&)> plain;

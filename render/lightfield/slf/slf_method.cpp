@@ -164,7 +164,7 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& folder, cons
                                                   hex(slf->opened.folder.identity()), slf->context->driver()),
                           .counts = {{"regions", field.regions.size()},
                                      {"textures", field.textures()},
-                                     {"texels", slf->opened.folder.count("texels", 1, size_t{1} << 50)},
+                                     {"texels", slf->opened.folder.count("texels", 0, size_t{1} << 50)},
                                      {"triangles", field.mesh.triangles.size()}},
                           .rig = slf->opened.folder.rig(),
                           .middle = middleOf(field.mesh.positions),

@@ -87,27 +87,33 @@ TEST(Directions, ParallelTangentsHaveNone) {
 }
 
 // Under a low light, so that the warped sphere has shadow states under kriging.
-void expectThePolarFactorIsTheProgramsOwn(const model::Model& model) {
+void expectTheMapIsTheProgramsOwn(const model::Model& model, DirectionsBack back,
+                                  const surfels::FrameOptions& options) {
   surfels::FrameWorkspace workspace(model, size_t{1} << 28);
   const auto warp = warp::scaleWarp({1.2, 0.8, 1}, {0, 0, 0});
   const auto camera = studio::cameraFrom<ObjectSpace>({0.3, 0.5, 1}, 40);
   const std::vector<scene::ShotLight> lights{scene::ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(Vec3<double>(0.8, 0, -0.6)), {3, 3, 3}}};
-  const image::Image own = surfels::renderFrame(model, {*warp, camera, lights}, {}, workspace).color;
-  const auto rmsBy = [&](DirectionsBack back) {
-    const image::Image other = withDirections(model, back)->render({*warp, camera, lights}).color;
-    return std::sqrt(evaluation::squaredError(own, other, image::objectMask(own)).mean());
+  const image::Image own = surfels::renderFrame(model, {*warp, camera, lights}, options, workspace).color;
+  const auto rmsBy = [&](DirectionsBack other) {
+    const image::Image color = withDirections(model, other)->render({*warp, camera, lights}).color;
+    return std::sqrt(evaluation::squaredError(own, color, image::objectMask(own)).mean());
   };
-  EXPECT_LT(rmsBy(byPolarFactor), 1e-6);
+  EXPECT_LT(rmsBy(back), 1e-6);
   EXPECT_GT(rmsBy(byInverseJacobian), 1e-3);
 }
 
 TEST(Directions, FramesByThePolarFactorAreTheProgramsOwn) {
   studio::PackedStudio packed({}, 1500);
-  expectThePolarFactorIsTheProgramsOwn(packed.model);
+  expectTheMapIsTheProgramsOwn(packed.model, byPolarFactor, {});
   packed.model.interpolation = {.kind = weights::Interpolation::kriging, .shadows = true};
   ASSERT_TRUE(surfels::castsShadows(packed.model, {}));
-  expectThePolarFactorIsTheProgramsOwn(packed.model);
+  expectTheMapIsTheProgramsOwn(packed.model, byPolarFactor, {});
+}
+
+TEST(Directions, FramesByTheBisectorAreThoseOfTheOptionOfThatName) {
+  const studio::PackedStudio packed({}, 1500);
+  expectTheMapIsTheProgramsOwn(packed.model, byBisector, {.tangents = surfels::Tangents::bisector});
 }
 
 } // namespace

@@ -24,7 +24,9 @@
 namespace surflect::chart {
 namespace {
 
-const std::vector<knobs::Knob> kKnobs = {{"a", "", {3, 2, 1}}, {"b", "", {1, 0.5}}};
+const std::vector<method::Option> kKnobs = {
+    {.name = "a", .domain = method::Range{1, 3}, .standard = 3, .sweep = {3, 2, 1}},
+    {.name = "b", .domain = method::Range{0, 1}, .standard = 1, .sweep = {1, 0.5}}};
 
 TEST(ChartSettings, CombinationsHoldEveryPairOnce) {
   const auto all = combinations(kKnobs);
@@ -42,7 +44,8 @@ TEST(ChartSettings, OneByOneTurnsASingleKnob) {
 // b saves as much as a step of a, at a tenth of the error, so that it is taken first.
 TEST(ChartSettings, DescentTakesTheStepThatSavesMostWorkForItsError) {
   const auto cost = [](const method::Setting& setting) {
-    const double a = setting.contains("a") ? 3 - setting.at("a") : 0, b = setting.contains("b") ? 1 : 0;
+    const double a = setting.contains("a") ? 3 - setting.at("a").number() : 0,
+                 b = setting.contains("b") ? 1 : 0;
     return Cost{100 - 20 * a - 20 * b, 0.1 * a + 0.01 * b};
   };
   EXPECT_EQ(descent(kKnobs, 20, cost),
@@ -52,7 +55,9 @@ TEST(ChartSettings, DescentTakesTheStepThatSavesMostWorkForItsError) {
 }
 
 TEST(ChartSettings, DescentEndsWhereNothingSavesWork) {
-  const auto cost = [](const method::Setting& setting) { return Cost{setting.contains("a") ? 90. : 100., 0}; };
+  const auto cost = [](const method::Setting& setting) {
+    return Cost{setting.contains("a") ? 90. : 100., 0};
+  };
   EXPECT_EQ(descent(kKnobs, 20, cost), (std::vector<method::Setting>{{{"a", 2}}}));
 }
 
@@ -188,7 +193,7 @@ protected:
 
   static ChartOptions options() {
     ChartOptions options;
-    options.renderer.interpolation = weights::Interpolation::separate; // its knobs matter under lamps too
+    options.settings["surfels"] = {{"interpolation", "separate"}}; // its knobs matter under lamps too
     options.frames = 3;
     options.timedFrames = 1;
     options.rounds = 1;
@@ -325,9 +330,9 @@ TEST_F(ChartOfASphere, WithoutKnobsAllAreTriedAloneAndTogether) {
   std::string said;
   asked.announce = [&](std::string_view line) { said += fmt::format("{}\n", line); };
   const Chart chart = chartIn("all", asked);
-  for (const knobs::Knob& knob : chart.knobs)
-    for (const double value : knob.values) {
-      const bool isFull = value == knob.values.front();
+  for (const method::Option& knob : chart.knobs)
+    for (const method::Value& value : knob.sweep) {
+      const bool isFull = value == knob.sweep.front();
       const method::Setting alone = isFull ? method::Setting() : method::Setting{{knob.name, value}};
       // No frame has an environment.
       const long expected = knob.name == "environment_error" && !isFull ? 0 : 1;
@@ -358,8 +363,8 @@ TEST_F(ChartOfASphere, SweepsWithoutEndAreRefused) {
 }
 
 TEST_F(ChartOfASphere, UnknownKnobsAndValuesAreRefused) {
-  for (const knobs::KnobValues& wrong :
-       std::vector<knobs::KnobValues>{{"colour", {1}}, {"cameras", {99}}, {"scale", {2}}}) {
+  for (const method::Sweep& wrong :
+       std::vector<method::Sweep>{{"colour", {1}}, {"cameras", {99}}, {"scale", {2}}}) {
     ChartOptions asked = options();
     asked.sweep = {wrong};
     EXPECT_THROW(chartIn("wrong", asked), Error) << wrong.name;

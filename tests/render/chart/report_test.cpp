@@ -28,7 +28,8 @@ Chart chartOf() {
   chart.command = "surflect chart";
   chart.restFrames = 1;
   chart.idleKnobs["vase.srf"] = {"environment_error", "patch"};
-  chart.knobs = {{"cameras", "cameras blended per surfel", {3, 2, 1}}, {"lights", "lights blended", {4, 1}}};
+  chart.knobs = {{.name = "cameras", .sweep = {3, 2, 1}, .help = "cameras blended per surfel"},
+                 {.name = "lights", .sweep = {4, 1}, .help = "lights blended"}};
   chart.points = {pointOf({}, 90, 0), pointOf({{"cameras", 1}}, 40, 0.02),
                   pointOf({{"cameras", 2}}, 60, 0.01), pointOf({{"cameras", 1}, {"lights", 1}}, 30, 0.05),
                   pointOf({{"lights", 1}}, 80, 0.04)};
@@ -149,7 +150,7 @@ TEST(Report, AKnobAloneIsShownWithAllOthersAtFull) {
 TEST(Report, TextsFromOutsideStayTexts) {
   const std::string hostile = "</script><img src=x onerror=\"a('b')\">&{}{0}";
   Chart chart = chartOf();
-  chart.title = chart.machine = chart.command = chart.knobs[0].name = chart.knobs[0].meaning = hostile;
+  chart.title = chart.machine = chart.command = chart.knobs[0].name = chart.knobs[0].help = hostile;
   for (Point& point : chart.points) {
     point.command = point.name = hostile;
     point.stages[hostile] = 1;

@@ -26,18 +26,16 @@ public:
   int frames = 0; // rendered
   method::Setting setting;
 
-  std::vector<knobs::Knob> knobs() const override {
-    std::vector<knobs::Knob> knobs;
-    for (const std::string& name : names) knobs.push_back({name, "", {4, 3, 2, 1}});
-    return knobs;
-  }
-  void turn(const method::Setting& next) override {
-    knobs::requireKnobs(knobs(), next);
-    setting = next;
+  std::span<const method::Option> options() const override {
+    options_.clear();
+    for (const std::string& name : names)
+      options_.push_back(
+          {.name = name, .domain = method::wholeRange(1, 4), .standard = 4, .sweep = {4, 3, 2, 1}});
+    return options_;
   }
   double valueOf(size_t knob) const {
     const auto found = setting.find(names[knob]);
-    return found == setting.end() ? 4 : found->second;
+    return found == setting.end() ? 4 : found->second.number();
   }
   double work() const { // of two stages: all knobs make the first faster, the last knob also the second
     double product = 1;
@@ -68,9 +66,11 @@ public:
                              method::FrameLayers) override {
     return {};
   }
-  method::EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress&) override { return {}; }
 
 private:
+  void configure(const method::Setting& next) override { setting = next; }
+
+  mutable std::vector<method::Option> options_;
   method::Description description_;
 };
 
@@ -82,13 +82,13 @@ struct Film : ::testing::Test {
     return {renderer, [this](int frame) { return renderer.frame(frame); }, range, target, held};
   }
   double trueError(int frame, const method::Setting& setting, const method::Setting& held = {}) {
-    renderer.turn(held);
+    renderer.set(held);
     const image::Image full = renderer.frame(frame).color;
-    renderer.turn(setting);
+    renderer.set(setting);
     return relativeRms(renderer.frame(frame).color, full);
   }
   double work(const method::Setting& setting) {
-    renderer.turn(setting);
+    renderer.set(setting);
     return renderer.work();
   }
   // The least work of all settings that meet the tolerance in these frames.

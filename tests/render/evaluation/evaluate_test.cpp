@@ -1,9 +1,10 @@
 #include "render/evaluation/evaluate.h"
 
+#include "render/methods.h"
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 
-#include "render/surfels/surfel_renderer.h"
+#include "render/surfels/surfel_method.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -26,7 +27,7 @@ Studio testStudio() { return {.cameras = 9, .lights = 12, .size = pictureSize}; 
 Evaluation evaluated(const model::Model& model, const capture::Capture& capture, EvaluateOptions options = {},
                      bool withNearest = false) {
   const std::shared_ptr<const model::Model> notOwned(std::shared_ptr<const model::Model>(), &model);
-  surfels::SurfelRenderer renderer(notOwned, {}), nearest(notOwned, {.nearest = true});
+  surfels::SurfelRenderer renderer(notOwned, {}), nearest(notOwned, {{"interpolation", "nearest"}});
   if (withNearest) options.others["nearest"] = &nearest;
   return evaluate(renderer, capture, *warp::chainWarp({}), options);
 }

@@ -1,6 +1,7 @@
 #include "render/film/shot_renderer.h"
 
 #include "render/film/frame_file.h"
+#include "render/methods.h"
 #include "tests/render/films.h"
 
 namespace surflect::film {

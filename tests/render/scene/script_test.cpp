@@ -155,7 +155,7 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
             "point, environment");
   EXPECT_EQ(complaint(replaced(example, "\"stretch\"", "\"strech\"")),
             "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
-            "camera_blend, light_blend, stretch, confidence");
+            "camera_blend, light_blend, stretch, predicted_error");
   EXPECT_EQ(complaint(replaced(example, "fov_deg = 30", "")),
             "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
 }
@@ -569,6 +569,42 @@ TEST(Shot, WhatMakesNoCameraLightOrWarpAtSomeFrameIsAnErrorThatSaysWhere) {
       "shots/shot.toml: light[0].intensity: found color times intensity -1 at frame 9, expected 0 to 3.4e38");
   EXPECT_EQ(at("axis = [0, 1, 0]", "axis = [0, \"9 - frame\", 0]", 9),
             "shots/shot.toml: warp[0].axis: found length 0 at frame 9, expected a direction");
+}
+
+// A scene of several models, which a light field method joins.
+TEST(ScriptObjects, ArePlacedByTheirTables) {
+  const Script script = parseScript("[[object]]\nmodel = 'a.lfm'\n"
+                                    "[[object]]\nmodel = '../b.lfm'\nposition = [1, 2, 3]\n"
+                                    "[[object]]\nmodel = './a.lfm'\nrotate_deg = 90\nscale = 0.5\n",
+                                    "/scenes/shelf.toml");
+  ASSERT_EQ(script.objects.size(), 3u);
+  EXPECT_TRUE(script.model.empty());
+  EXPECT_EQ(script.objects[0].model, "/scenes/a.lfm");
+  EXPECT_EQ(script.objects[1].model, "/b.lfm");
+  EXPECT_EQ(script.objects[2].model, script.objects[0].model) << "one model by two names";
+  EXPECT_EQ(script.objects[0].position, Vec3<double>(0, 0, 0));
+  EXPECT_EQ(script.objects[1].position, Vec3<double>(1, 2, 3));
+  EXPECT_EQ(script.objects[2].scale, 0.5);
+  // A quarter turn about z.
+  EXPECT_LT((script.objects[2].rotation * Vec3<double>(1, 0, 0) - Vec3<double>(0, 1, 0)).norm(), 1e-15);
+}
+
+TEST(ScriptObjects, FaultsAreNamed) {
+  const std::string object = "[[object]]\nmodel = 'a.lfm'\n", place = "shots/shot.toml: object";
+  EXPECT_EQ(complaint("object = []"), place + ": found an array of 0 on line 1, expected 1 to 10000 tables");
+  EXPECT_EQ(complaint("model = 'a.lfm'\n" + object),
+            "shots/shot.toml: model: found \"a.lfm\" on line 1, expected no model beside [[object]]");
+  EXPECT_EQ(complaint("[[object]]\nscale = 1"), place + "[0].model: missing from the table on line 1");
+  EXPECT_EQ(complaint(object + "scale = 0"),
+            place + "[0].scale: found 0 on line 3, expected 1e-06 to 1000000");
+  EXPECT_EQ(complaint(object + "position = [1, 2]"),
+            place + "[0].position: found an array of 2 on line 3, expected an array of 3 numbers");
+  EXPECT_EQ(complaint(object + "rotate_axis = [0, 0, 1]"),
+            place + "[0].rotate_axis: found an array of 3 on line 3, expected rotate_deg beside it");
+  EXPECT_EQ(complaint(object + "rotate_axis = [0, 0, 0]\nrotate_deg = 1"),
+            place + "[0].rotate_axis: found an array of 3 on line 3, expected a direction other than 0");
+  EXPECT_EQ(complaint(object + "turn = 3"),
+            place + "[0].turn: unknown key on line 3; the nearest known one is model");
 }
 
 } // namespace

@@ -3,7 +3,7 @@
 #include "render/verify/model_checks.h"
 #include "render/verify/page.h"
 
-#include "render/surfels/surfel_renderer.h"
+#include "render/surfels/surfel_method.h"
 #include "surfel/base/error.h"
 #include "tests/render/films.h"
 
@@ -51,17 +51,15 @@ TEST_F(VerifySphere, AGoodModelKeepsAllBounds) {
 }
 
 TEST_F(VerifySphere, PhotographsComeBackForEveryInterpolation) {
-  for (const auto kind :
-       {weights::Interpolation::paper, weights::Interpolation::separate, weights::Interpolation::kriging}) {
-    render::RendererOptions options;
-    options.interpolation = kind;
+  for (const char* kind : {"paper", "separate", "kriging"}) {
+    const method::Setting setting{{"interpolation", kind}};
     surfels::SurfelRenderer renderer(std::make_shared<model::Model>(model::openModel(model().folder)),
-                                     options);
+                                     setting);
     const Exactness exactness =
-        exactnessOf(model(), renderer, surfels::frameOptions(options).shade, nullptr, 6, {});
+        exactnessOf(model(), renderer, surfels::frameOptions(setting).shade, nullptr, 6, {});
     EXPECT_EQ(exactness.pictures.size(), 6u);
     for (const Check& check : exactness.checks)
-      EXPECT_EQ(check.verdict, Verdict::kept) << nameOf(kind) << " " << check.finding;
+      EXPECT_EQ(check.verdict, Verdict::kept) << kind << " " << check.finding;
   }
 }
 
