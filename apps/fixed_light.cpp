@@ -88,29 +88,33 @@ Json relitViews(const capture::Capture& capture, const FixedLight& light, const 
 }
 
 void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
-  CLI::Option_group* group =
-      command.add_option_group("Light", isRequired ? "one of them" : "at most one of them");
+  CLI::Option_group* group = command.add_option_group("Light");
   CLI::Option* script = group->add_option("--lights", light.lights, "TOML file with [[light]] as in a script")
                             ->check(notEmpty());
   CLI::Option* environment =
-      group->add_option("--environment", light.environment, "environment map, lat-long or angular")
-          ->check(notEmpty());
+      group->add_option("--environment", light.environment, "environment map, lat-long or angular, instead")
+          ->check(notEmpty())
+          ->group("Light");
   isRequired ? group->require_option(1) : group->require_option(0, 1);
   command.add_option("--up", light.up, "x y z: the environment's up in the capture")
       ->capture_default_str()
       ->check(finiteIn(-1e12, 1e12))
+      ->group("Light")
       ->needs(environment);
   command.add_option("--frame", light.frame, "of the file of lights")
       ->capture_default_str()
       ->check(frameNumber())
+      ->group("Light")
       ->needs(script);
   CLI::Option* skip = command.add_flag_callback(
       "--skip-incomplete", [&light] { light.incomplete = lightfield::Incomplete::skipped; },
       "leave out views that lack a photograph under some light");
+  skip->group("Light");
   command
       .add_flag_callback(
           "--common-lights", [&light] { light.incomplete = lightfield::Incomplete::common; },
           "use only lights under which every view has a photograph")
+      ->group("Light")
       ->excludes(skip);
 }
 

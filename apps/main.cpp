@@ -1,6 +1,7 @@
 // surflect: photographs in, deformed and relit film out.
 
 #include "apps/command.h"
+#include "apps/help.h"
 #include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "srf/image/exr.h"
@@ -14,6 +15,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <thread>
 
@@ -79,6 +81,7 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
 int main(int argc, char** argv) {
   using namespace surflect;
   CLI::App app("Deforms, relights and renders captured surface reflectance fields.", "surflect");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.require_subcommand(1);
   app.set_version_flag("--version", kVersion);
   app.footer("Example: surflect pack examples/vase -o vase.srf && surflect render vase.srf -o frames/");

@@ -1,5 +1,6 @@
 #include "apps/method_options.h"
 
+#include "apps/help.h"
 #include "render/scene/script.h"
 #include "surfel/base/nearest_name.h"
 
@@ -13,17 +14,6 @@ namespace surflect {
 using method::Method, method::Option, method::Setting, method::Value;
 
 namespace {
-
-// --help lists the options of one method at a time, in its footer.
-constexpr const char* kMethodGroup = "Options of methods";
-
-class Formatter : public CLI::Formatter {
-public:
-  std::string make_group(std::string group, bool isPositional,
-                         std::vector<const CLI::Option*> options) const override {
-    return group == kMethodGroup ? "" : CLI::Formatter::make_group(group, isPositional, options);
-  }
-};
 
 // Whether the flag alone switches the option on.
 bool isPlainFlag(const Option& option) { return option.isSwitch() && option.standard == Value(method::kOff); }
@@ -95,7 +85,6 @@ void MethodOptions::add(CLI::App& command, Kind kind, std::function<const Method
   for (const Method& method : method::methods())
     for (const Option& option : rowsOf(method))
       if (!command.get_option_no_throw(method::flagOf(option.name))) addFlag(command, option);
-  command.formatter(std::make_shared<Formatter>());
   const std::string name = command.get_name();
   command.footer([this, name, shown] {
     std::string text;

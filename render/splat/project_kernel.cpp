@@ -184,8 +184,9 @@ HWY_INLINE int footprints(const ProjectJob& job, size_t begin, const Survivors& 
   const Floats root = k * minor; // its square stays in range where k's would not
   const Floats detV = root * root / D;
 
-  // lowPassed (low_pass.h): with r = (h^2 - smaller) / (larger - smaller) in [0, 1], V + D = (1 - r) V + c I, where
-  // c = most + r smaller, and D = c I - r V; the eigenvalues of V + D are those of V, but no less than h^2.
+  // lowPassed (low_pass.h): with r = (h^2 - smaller) / (larger - smaller) in [0, 1], V + D = (1 - r) V + c I,
+  // where c = most + r smaller, and D = c I - r V; the eigenvalues of V + D are those of V, but no less than
+  // h^2.
   const float h2 = job.lowPass * job.lowPass;
   const Floats H = number(h2);
   const Floats trace = V00 + V11, half = (V00 - V11) * number(0.5f);

@@ -118,7 +118,9 @@ ReferenceFrame referenceFrame(const model::Model& model, const warp::Warp& warp,
     for (const shading::ShadingOp& op : plan.ops)
       frame.lookups += plan.rows.weightsOf(op.rowBegin, op.rowEnd).size();
     clock.finish("ulr");
-    shading::Shaded shaded{.alpha = plan.alpha, .confidence = plan.confidence};
+    shading::Shaded shaded;
+    shaded.alpha = plan.alpha;
+    shaded.confidence = plan.confidence;
     for (const Eigen::Vector3d& radiance : shading::shadeReference(plan, cache)) {
       const Eigen::Vector3f rgb = radiance.cast<float>();
       shaded.radiance.push_back({rgb[0], rgb[1], rgb[2]});

@@ -6,8 +6,10 @@
 #include "srf/capture/camera.h"
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace surflect::lightfield {
@@ -45,6 +47,22 @@ private:
   Parts parts_;
   std::string identity_; // of folder and driver
 };
+
+// Renderer of an open model: an object with `options`, which the rows are bound to, and with draw(camera,
+// aovs, progress, layers).
+template <class Open, class Struct>
+LightFieldRenderer::Parts partsOf(const std::shared_ptr<Open>& open, const method::Rows<Struct>& rows,
+                                  method::Description description) {
+  return {.description = std::move(description),
+          .options = method::optionsOf(rows),
+          .configure =
+              [open, &rows](const method::Setting& chosen) {
+                open->options = method::applied(Struct{}, rows, chosen);
+              },
+          .draw = [open](const capture::Camera<AcquisitionSpace>& camera,
+                         const std::vector<std::string>& aovs, const Progress& progress,
+                         method::FrameLayers& layers) { open->draw(camera, aovs, progress, layers); }};
+}
 
 // Whether `name` is among the AOVs that are asked for.
 bool isAsked(const std::vector<std::string>& aovs, std::string_view name);

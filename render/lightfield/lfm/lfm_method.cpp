@@ -200,7 +200,7 @@ struct OpenLfm {
   }
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            method::FrameLayers& layers) {
+            const Progress&, method::FrameLayers& layers) {
     FrameOptions frameOptions = options.frame;
     frameOptions.white = options.white.value_or(white);
     const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions);
@@ -246,24 +246,18 @@ std::unique_ptr<method::Renderer> rendererOf(LightFieldMaps maps, capture::Captu
                                                 {"triangles", maps.mesh.triangles.size()},
                                                 {"map_bytes", bytesOf(maps).total()}};
   const auto lfm = std::make_shared<OpenLfm>(std::move(maps));
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = lfmMethod().tag,
-                          .folder = folder,
-                          .identity = fmt::format("light field maps {} {}", identity, lfm->context->driver()),
-                          .counts = counts,
-                          .rig = std::move(rig),
-                          .middle = middleOf(lfm->points),
-                          .points = lfm->points,
-                          .aovs = {"depth"}},
-          .options = std::move(rows),
-          .configure =
-              [lfm](const Setting& chosen) {
-                lfm->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [lfm](const auto& camera, const auto& aovs, const Progress&,
-                        auto& layers) { lfm->draw(camera, aovs, layers); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts = lightfield::partsOf(
+      lfm, renderRows(),
+      {.method = lfmMethod().tag,
+       .folder = folder,
+       .identity = fmt::format("light field maps {} {}", identity, lfm->context->driver()),
+       .counts = counts,
+       .rig = std::move(rig),
+       .middle = middleOf(lfm->points),
+       .points = lfm->points,
+       .aovs = {"depth"}});
+  parts.options = std::move(rows);
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 std::unique_ptr<method::Renderer> open(const std::filesystem::path& folder, const Setting& setting,

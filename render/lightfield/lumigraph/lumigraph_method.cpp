@@ -114,7 +114,7 @@ struct OpenLumigraph {
   RenderOptions options = {};
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            method::FrameLayers& layers) {
+            const Progress&, method::FrameLayers& layers) {
     const bool isDepthAsked = lightfield::isAsked(aovs, "depth");
     LumigraphFrame::Picture picture =
         frame.render(camera, {options.samples, isDepthAsked}, layers.report.seconds);
@@ -136,27 +136,19 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   const auto lumigraph = std::make_shared<OpenLumigraph>(
       OpenLumigraph{std::move(context), std::move(folder), LumigraphFrame(field)});
   const lightfield::LightFieldFolder& opened = lumigraph->folder;
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = lumigraphMethod().tag,
-                          .folder = path,
-                          .identity = fmt::format("lumigraph {} {}", hex(opened.identity()),
-                                                  lumigraph->context->driver()),
-                          .counts = {{"nodes", static_cast<size_t>(field.slabs[0].nodes)},
-                                     {"texels", texels},
-                                     {"triangles", field.geometry.mesh.triangles.size()}},
-                          .rig = opened.rig(),
-                          .middle = middleOf(opened.mesh().positions),
-                          .points = opened.mesh().positions,
-                          .aovs = {"depth"}},
-          .options = method::optionsOf(renderRows()),
-          .configure =
-              [lumigraph](const Setting& chosen) {
-                lumigraph->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [lumigraph](const auto& camera, const auto& aovs, const Progress&,
-                              auto& layers) { lumigraph->draw(camera, aovs, layers); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts = lightfield::partsOf(
+      lumigraph, renderRows(),
+      {.method = lumigraphMethod().tag,
+       .folder = path,
+       .identity = fmt::format("lumigraph {} {}", hex(opened.identity()), lumigraph->context->driver()),
+       .counts = {{"nodes", static_cast<size_t>(field.slabs[0].nodes)},
+                  {"texels", texels},
+                  {"triangles", field.geometry.mesh.triangles.size()}},
+       .rig = opened.rig(),
+       .middle = middleOf(opened.mesh().positions),
+       .points = opened.mesh().positions,
+       .aovs = {"depth"}});
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 } // namespace

@@ -149,7 +149,8 @@ struct OpenOpacityMaps {
   size_t terms = 0; // of the maps
   RenderOptions options = {};
 
-  void draw(const capture::Camera<AcquisitionSpace>& camera, method::FrameLayers& layers) {
+  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&, const Progress&,
+            method::FrameLayers& layers) {
     FrameCounts counts;
     layers.color = frame.render(lightfield::sampled(camera, options.samples), options.frame,
                                 layers.report.seconds, counts, options.samples);
@@ -188,28 +189,22 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
       OpenOpacityMaps{std::move(folder), std::move(context), std::move(frame), terms});
   const auto& positions = open->folder.mesh().positions;
   const bool isPeeled = setting.contains("order") && setting.at("order") == method::Value("peel");
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = olfmMethod().tag,
-                          .folder = path,
-                          .identity = fmt::format("opacity light field maps {} {}",
-                                                  hex(open->folder.identity()), open->context->driver()),
-                          .counts = {{"terms", terms},
-                                     {"triangles", maps.maps.mesh.triangles.size()},
-                                     {"map_bytes", lfm::bytesOf(maps.maps).total()},
-                                     {"texture_bytes", open->frame.drawing().maps().bytes()},
-                                     {"auxiliary_bytes", open->frame.drawing().mesh().bytes()}},
-                          .rig = open->folder.rig(),
-                          .middle = middleOf(positions),
-                          .points = positions},
-          .options = rowsOf(terms, isPeeled),
-          .configure =
-              [open](const Setting& chosen) {
-                open->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [open](const auto& camera, const auto&, const Progress&,
-                         auto& layers) { open->draw(camera, layers); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts =
+      lightfield::partsOf(open, renderRows(),
+                          {.method = olfmMethod().tag,
+                           .folder = path,
+                           .identity = fmt::format("opacity light field maps {} {}",
+                                                   hex(open->folder.identity()), open->context->driver()),
+                           .counts = {{"terms", terms},
+                                      {"triangles", maps.maps.mesh.triangles.size()},
+                                      {"map_bytes", lfm::bytesOf(maps.maps).total()},
+                                      {"texture_bytes", open->frame.drawing().maps().bytes()},
+                                      {"auxiliary_bytes", open->frame.drawing().mesh().bytes()}},
+                           .rig = open->folder.rig(),
+                           .middle = middleOf(positions),
+                           .points = positions});
+  parts.options = rowsOf(terms, isPeeled);
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 } // namespace

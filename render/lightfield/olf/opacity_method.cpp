@@ -149,7 +149,8 @@ struct OpenOpacity {
     return counts;
   }
 
-  void draw(const capture::Camera<AcquisitionSpace>& camera, method::FrameLayers& layers) {
+  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&, const Progress&,
+            method::FrameLayers& layers) {
     std::map<std::string, double>& seconds = layers.report.seconds;
     const std::vector<TriangleBlend> blends = blender->blends(camera.center().raw(), &seconds);
     FrameCounts counts;
@@ -168,25 +169,17 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   const RenderOptions given = method::applied(RenderOptions{}, renderRows(), setting);
   const auto opacity = std::make_shared<OpenOpacity>(path, given, progress);
   const auto& positions = opacity->folder.mesh().positions;
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = (opacity->field.method == Method::vdtm ? vdtmMethod() : ulrMethod()).tag,
-                          .folder = path,
-                          .identity = fmt::format("opacity light field {} order {} {}",
-                                                  hex(opacity->folder.identity()), nameOf(given.order),
-                                                  opacity->context->driver()),
-                          .counts = opacity->counts(),
-                          .rig = opacity->folder.rig(),
-                          .middle = middleOf(positions),
-                          .points = positions},
-          .options = method::optionsOf(renderRows()),
-          .configure =
-              [opacity](const Setting& chosen) {
-                opacity->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [opacity](const auto& camera, const auto&, const Progress&,
-                            auto& layers) { opacity->draw(camera, layers); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts = lightfield::partsOf(
+      opacity, renderRows(),
+      {.method = (opacity->field.method == Method::vdtm ? vdtmMethod() : ulrMethod()).tag,
+       .folder = path,
+       .identity = fmt::format("opacity light field {} order {} {}", hex(opacity->folder.identity()),
+                               nameOf(given.order), opacity->context->driver()),
+       .counts = opacity->counts(),
+       .rig = opacity->folder.rig(),
+       .middle = middleOf(positions),
+       .points = positions});
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 method::Method methodOf(Method method) {

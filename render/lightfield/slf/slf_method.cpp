@@ -126,7 +126,7 @@ struct OpenSlf {
         frames(opened.field, *opened.textures, {.bytes = cacheBytes}, context->describe().limits) {}
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            method::FrameLayers& layers) {
+            const Progress&, method::FrameLayers& layers) {
     FrameOptions frameOptions = options.frame;
     frameOptions.observed = lightfield::isAsked(aovs, "observed");
     const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions);
@@ -156,28 +156,21 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& folder, cons
   const RenderOptions given = method::applied(RenderOptions{}, renderRows(), setting);
   const auto slf = std::make_shared<OpenSlf>(folder, given.cacheMb << 20, progress);
   const Field& field = slf->opened.field;
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = slfMethod().tag,
-                          .folder = folder,
-                          .identity = fmt::format("surface light field {} {}",
-                                                  hex(slf->opened.folder.identity()), slf->context->driver()),
-                          .counts = {{"regions", field.regions.size()},
-                                     {"textures", field.textures()},
-                                     {"texels", slf->opened.folder.count("texels", 0, size_t{1} << 50)},
-                                     {"triangles", field.mesh.triangles.size()}},
-                          .rig = slf->opened.folder.rig(),
-                          .middle = middleOf(field.mesh.positions),
-                          .points = field.mesh.positions,
-                          .aovs = {"depth", "observed"}},
-          .options = method::optionsOf(renderRows()),
-          .configure =
-              [slf](const Setting& chosen) {
-                slf->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [slf](const auto& camera, const auto& aovs, const Progress&,
-                        auto& layers) { slf->draw(camera, aovs, layers); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts = lightfield::partsOf(
+      slf, renderRows(),
+      {.method = slfMethod().tag,
+       .folder = folder,
+       .identity = fmt::format("surface light field {} {}", hex(slf->opened.folder.identity()),
+                               slf->context->driver()),
+       .counts = {{"regions", field.regions.size()},
+                  {"textures", field.textures()},
+                  {"texels", slf->opened.folder.count("texels", 0, size_t{1} << 50)},
+                  {"triangles", field.mesh.triangles.size()}},
+       .rig = slf->opened.folder.rig(),
+       .middle = middleOf(field.mesh.positions),
+       .points = field.mesh.positions,
+       .aovs = {"depth", "observed"}});
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 } // namespace

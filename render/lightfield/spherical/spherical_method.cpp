@@ -182,29 +182,22 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   level.standard = spherical->finest();
   for (size_t l = shape.levels; l-- > 0;) level.sweep.emplace_back(l);
   const auto& positions = spherical->folder.mesh().positions;
-  return std::make_unique<lightfield::LightFieldRenderer>(
-      lightfield::LightFieldRenderer::Parts{
-          .description = {.method = sphericalMethod().tag,
-                          .folder = path,
-                          .identity = fmt::format("spherical {} {}", hex(spherical->folder.identity()),
-                                                  spherical->context->driver()),
-                          .counts = {{"levels", shape.levels},
-                                     {"images", shape.images()},
-                                     {"image_size", static_cast<size_t>(shape.size)}},
-                          .rig = spherical->folder.rig(),
-                          .middle = middleOf(positions),
-                          .points = positions,
-                          .aovs = {"depth"}},
-          .options = std::move(rows),
-          .configure =
-              [spherical](const Setting& chosen) {
-                spherical->options = method::applied(RenderOptions{}, renderRows(), chosen);
-              },
-          .draw = [spherical](const auto& camera, const auto& aovs, const Progress& drawing,
-                              auto& layers) { spherical->draw(camera, aovs, drawing, layers); },
-          .keepBudget =
-              [spherical](std::optional<double> seconds) { return spherical->keepBudget(seconds); }},
-      setting);
+  lightfield::LightFieldRenderer::Parts parts =
+      lightfield::partsOf(spherical, renderRows(),
+                          {.method = sphericalMethod().tag,
+                           .folder = path,
+                           .identity = fmt::format("spherical {} {}", hex(spherical->folder.identity()),
+                                                   spherical->context->driver()),
+                           .counts = {{"levels", shape.levels},
+                                      {"images", shape.images()},
+                                      {"image_size", static_cast<size_t>(shape.size)}},
+                           .rig = spherical->folder.rig(),
+                           .middle = middleOf(positions),
+                           .points = positions,
+                           .aovs = {"depth"}});
+  parts.options = std::move(rows);
+  parts.keepBudget = [spherical](std::optional<double> seconds) { return spherical->keepBudget(seconds); };
+  return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
 } // namespace

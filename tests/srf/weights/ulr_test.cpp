@@ -296,12 +296,12 @@ TEST(WeightTruncation, LanesEqualThePlainForm) {
   for (const Simd simd : EachSimd())
     for (const float error : kErrors)
       for (const size_t count : {1, 3, 4, 16}) {
-        NearestLights whole(lights), truncated(lights, error);
+        NearestLights whole(lights), shortened(lights, error);
         QueryBlends plain, lanes;
         whole.setPlaces(places);
         whole.blend(towards, count, plain);
-        truncated.setPlaces(places);
-        truncated.blend(towards, count, lanes);
+        shortened.setPlaces(places);
+        shortened.blend(towards, count, lanes);
         for (size_t lane = 0; lane < kQueryLanes; ++lane) {
           const std::vector<float> wanted = denseWeights(truncated(plain.of(lane), error), lights.size()),
                                    got = denseWeights(lanes.of(lane), lights.size());

