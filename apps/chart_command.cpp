@@ -1,4 +1,5 @@
 #include "apps/capture_argument.h"
+#include "apps/help.h"
 #include "apps/method_options.h"
 #include "apps/option_values.h"
 #include "apps/terminal.h"
@@ -43,6 +44,8 @@ std::vector<method::Sweep> sweepsOf(const ChartArguments& arguments,
     std::vector<method::Sweep> sweeps;
     for (const std::string& text : arguments.sweeps) {
       method::Sweep sweep = method::parseSweep({methods.front()->tag, rows}, text);
+      if (method::rowOf({methods.front()->tag, rows}, sweep.name).atOpening)
+        throw Error("cannot be swept: it is given when a model is opened").at(sweep.name).at("--sweep");
       if (std::ranges::find(sweeps, sweep.name, &method::Sweep::name) != sweeps.end())
         throw Error("is given twice").at(sweep.name).at("--sweep");
       sweeps.push_back(std::move(sweep));
@@ -80,7 +83,8 @@ std::string shellWord(const std::string& text) {
 std::string optionsAgain(const CLI::App& command, const std::vector<std::string>& except) {
   std::string text;
   for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0 || option->get_positional() || std::ranges::count(except, option->get_name()))
+    if (option->count() == 0 || option->get_positional() || std::ranges::count(except, option->get_name()) ||
+        (!except.empty() && option->get_group() == kMethodGroup && std::ranges::count(except, kMethodGroup)))
       continue;
     if (option->get_expected_max() == 0) {
       text += fmt::format(" {}", option->get_name());
@@ -93,6 +97,7 @@ std::string optionsAgain(const CLI::App& command, const std::vector<std::string>
 }
 
 Json runChart(ChartArguments& arguments, const Progress& progress) {
+  if (arguments.paths.size() < 2) throw UsageError(Error("give one or more models, then their capture"));
   const std::vector<std::filesystem::path> models(arguments.paths.begin(), arguments.paths.end() - 1);
   std::set<std::filesystem::path> distinct;
   for (const std::filesystem::path& model : models)
@@ -126,11 +131,7 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
                   "--sweep surfel_size=0,1,2 -o report/");
   command
       ->add_option_function<std::vector<std::string>>(
-          "paths",
-          [arguments](const std::vector<std::string>& paths) {
-            if (paths.size() < 2) throw CLI::ValidationError("give one or more models, then their capture");
-            arguments->paths = paths;
-          },
+          "paths", [arguments](const std::vector<std::string>& paths) { arguments->paths = paths; },
           "one or more packed models, then the capture that they were packed of")
       ->option_text("MODEL... CAPTURE")
       ->required();
@@ -185,10 +186,13 @@ void addChartCommand(CLI::App& app, CommandWork& work) {
             std::string paths;
             for (const std::string& path : arguments->paths) paths += fmt::format(" {}", shellWord(path));
             options.command = "surflect chart" + paths + optionsAgain(*command, {"--json"});
-            const std::string again = optionsAgain(*command, {"--json", "--sweep", "--only", "--output"});
+            const std::string again =
+                optionsAgain(*command, {"--json", "--sweep", "--only", "--output", "--preset", kMethodGroup});
             options.commandOf = [=](const std::filesystem::path& model, const method::Setting& setting) {
               std::string text = fmt::format("surflect chart {} {}{}", shellWord(model.string()),
                                              shellWord(arguments->paths.back()), again);
+              for (const auto& [name, value] : arguments->options.settings[method::methodOfModel(model).tag])
+                text += fmt::format(" {} {}", method::flagOf(name), value.text());
               for (const auto& [name, value] : setting)
                 text += fmt::format(" --sweep {}={}", name, value.text());
               return text + " --only -o point/";

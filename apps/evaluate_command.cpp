@@ -222,6 +222,7 @@ Json evaluated(const EvaluateArguments& arguments, const std::string& model, con
 }
 
 Json runEvaluate(const EvaluateArguments& arguments, const Progress& progress) {
+  if (arguments.capture.path.empty()) throw UsageError(Error("give one or more models, then a capture"));
   std::vector<const method::Method*> methods;
   for (const std::string& model : arguments.models) methods.push_back(&method::methodOfModel(model));
   const std::map<std::string, method::Setting> settings = arguments.options.settingsFor(methods);
@@ -250,9 +251,8 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->add_option_function<std::vector<std::string>>(
           "paths",
           [arguments](const std::vector<std::string>& paths) {
-            if (paths.size() < 2) throw CLI::ValidationError("give one or more models, then a capture");
-            arguments->models.assign(paths.begin(), paths.end() - 1);
-            arguments->capture.path = paths.back();
+            arguments->models.assign(paths.begin(), paths.end() - (paths.size() > 1 ? 1 : 0));
+            arguments->capture.path = paths.size() > 1 ? paths.back() : "";
           },
           "one or more models of one object, then a capture with its photographs")
       ->option_text("MODEL... CAPTURE")
@@ -262,9 +262,10 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(CLI::IsMember({"test", "train"}));
   command
-      ->add_option("--baseline", arguments->baselines,
-                   "also what is simpler: nearest (no interpolation), lambert (a matte surface fitted to the "
-                   "same camera's photographs), or nearest,lambert")
+      ->add_option(
+          "--baseline", arguments->baselines,
+          "also score simpler renderings: nearest (no interpolation), lambert (a matte surface fitted to the "
+          "same camera's photographs), or nearest,lambert")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"nearest", "lambert"}));

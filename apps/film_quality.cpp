@@ -36,8 +36,14 @@ void addQualityOptions(CLI::App& command, QualityOptions& options) {
 
 FilmQuality::FilmQuality(const QualityOptions& options, method::Setting base, method::Renderer& renderer)
     : options_(options), renderer_(renderer), base_(method::forFrames(renderer.options(), std::move(base))) {
-  setBase();
   if (options_.budgetMs) keepsBudget_ = renderer_.keepBudget(1e-3 * *options_.budgetMs);
+  setBase();
+}
+
+// Frames other than the film's do not count in a budget.
+void FilmQuality::setBase() {
+  renderer_.set(base_);
+  if (keepsBudget_) renderer_.keepBudget(std::nullopt);
 }
 
 std::string FilmQuality::identity() const {
@@ -72,6 +78,7 @@ control::Choice FilmQuality::choose(film::ShotRenderer& shot, const scene::Frame
     chooseSeconds_ += watch.seconds();
   }
   renderer_.set(choice.setting);
+  if (keepsBudget_) renderer_.keepBudget(1e-3 * *options_.budgetMs);
   return choice;
 }
 
@@ -88,7 +95,6 @@ void FilmQuality::report(film::ShotRenderer& shot, int frame, double scale, cons
   renderer_.set(isControlled() ? base_ : method::Setting());
   if (keepsBudget_) renderer_.keepBudget(std::nullopt);
   const double error = control::relativeRms(color, shot.render(frame, scale, {}).color);
-  if (keepsBudget_) renderer_.keepBudget(1e-3 * *options_.budgetMs);
   entry["true_error"] = error;
   trueError_ = std::max(trueError_, error);
   within_ += error <= options_.tolerance.value_or(0);

@@ -32,9 +32,9 @@ public:
   std::string identity() const;
   std::string identity(const method::Setting& setting) const;
 
-  // Chooses the setting of a frame of the script, and sets it.
+  // Chooses the setting of a frame of the script, and sets it, for that frame alone.
   control::Choice choose(film::ShotRenderer& shot, const scene::Frames& frames, int frame, double scale);
-  void setBase() { renderer_.set(base_); }
+  void setBase();
 
   // Adds setting and errors to the report of a frame. With --verify renders it again, at full.
   void report(film::ShotRenderer& shot, int frame, double scale, const control::Choice& choice,

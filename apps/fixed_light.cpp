@@ -53,7 +53,7 @@ void sayChanged(const std::vector<scene::Environment>& environments) {
 } // namespace
 
 Json relitViews(const capture::Capture& capture, const FixedLight& light, const std::filesystem::path& folder,
-                const Progress& progress) {
+                const Progress& progress, const std::function<void()>& begin) {
   const Stopwatch watch;
   const scene::Script script = scriptOf(light, capture.origin);
   const std::vector<scene::Environment> environments = scene::readEnvironments(script, progress);
@@ -61,6 +61,7 @@ Json relitViews(const capture::Capture& capture, const FixedLight& light, const 
   const std::vector<scene::ShotLight> lights =
       scene::lightsAt(script, scene::shotTime(script, light.frame), environments);
   const lightfield::RelightPlan plan = lightfield::planRelight(capture, lights, light.incomplete, progress);
+  begin();
   const lightfield::RelightReport report = lightfield::relight(capture, plan, folder, progress);
 
   const auto training = std::ranges::count(plan.views.frames, capture::Split::train, &capture::Frame::split);
@@ -88,20 +89,25 @@ Json relitViews(const capture::Capture& capture, const FixedLight& light, const 
 }
 
 void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
-  CLI::Option_group* group = command.add_option_group("Light");
-  CLI::Option* script = group->add_option("--lights", light.lights, "TOML file with [[light]] as in a script")
-                            ->check(notEmpty());
-  CLI::Option* environment =
-      group->add_option("--environment", light.environment, "environment map, lat-long or angular, instead")
+  CLI::Option* script =
+      command.add_option("--lights", light.lights, "TOML file with [[light]] as in a script")
           ->check(notEmpty())
           ->group("Light");
-  isRequired ? group->require_option(1) : group->require_option(0, 1);
+  CLI::Option* environment =
+      command.add_option("--environment", light.environment, "environment map, lat-long or angular, instead")
+          ->check(notEmpty())
+          ->group("Light")
+          ->excludes(script);
+  if (isRequired)
+    command.parse_complete_callback([&light] {
+      if (!light.isGiven()) throw CLI::RequiredError("--lights or --environment");
+    });
   command.add_option("--up", light.up, "x y z: the environment's up in the capture")
       ->capture_default_str()
       ->check(finiteIn(-1e12, 1e12))
       ->group("Light")
       ->needs(environment);
-  command.add_option("--frame", light.frame, "of the file of lights")
+  command.add_option("--frame", light.frame, "frame at which the lights are taken")
       ->capture_default_str()
       ->check(frameNumber())
       ->group("Light")

@@ -9,7 +9,7 @@ std::string HelpFormatter::make_group(std::string group, bool isPositional,
 
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {
   if (!option->get_option_text().empty()) return " " + option->get_option_text();
-  if (option->get_type_size() == 0) return "";
+  if (option->get_expected_max() == 0) return ""; // a flag
   const std::string type = option->get_type_name();
   const auto isA = [&](const char* name) { return type.find(name) != std::string::npos; };
   std::string text = isA("FLOAT") ? " X" : isA("INT") ? " N" : " TEXT";

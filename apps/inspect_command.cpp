@@ -139,8 +139,8 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
 
 void addInspectCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<InspectArguments>();
-  CLI::App* command = app.add_subcommand(
-      "inspect", "say what is in a capture or a model, and what of a capture cannot be right");
+  CLI::App* command =
+      app.add_subcommand("inspect", "list what a capture or a model holds, and check a capture");
   command->footer("Example: surflect inspect vase.srf\n"
                   "         surflect inspect examples/vase --overlay sheet.png");
   command->add_option("path", arguments->input.path, "a capture or a packed model")->required();

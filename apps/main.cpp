@@ -34,8 +34,12 @@ std::string suggestion(CLI::App& app, int argc, char** argv) {
   const bool hasCommand = !app.get_subcommands().empty();
   const CLI::App& command = hasCommand ? *app.get_subcommands().front() : app;
   std::vector<std::string> known;
-  for (const CLI::Option* option : command.get_options())
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  std::vector<const CLI::App*> groups{&command};
+  for (const CLI::App* each : command.get_subcommands({}))
+    if (each->get_name().empty()) groups.push_back(each); // an option group
+  for (const CLI::App* group : groups)
+    for (const CLI::Option* option : group->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   if (!hasCommand)
     for (const CLI::App* each : app.get_subcommands({})) known.push_back(each->get_name());
   for (int i = 1; i < argc; ++i) {
@@ -108,7 +112,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    say("surflect: " + std::string(error.what()) + suggestion(app, argc, argv));
+    const bool isUnknown = error.get_name() == "ExtrasError" || app.get_subcommands().empty();
+    say("surflect: " + std::string(error.what()) + (isUnknown ? suggestion(app, argc, argv) : ""));
     say(fmt::format("surflect {}--help explains", app.get_subcommands().empty()
                                                       ? std::string()
                                                       : app.get_subcommands().front()->get_name() + " "));

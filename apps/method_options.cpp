@@ -5,6 +5,7 @@
 #include "surfel/base/nearest_name.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -132,7 +133,7 @@ std::vector<CLI::Option*> MethodOptions::addFlag(CLI::App& command, const Option
 }
 
 std::string MethodOptions::problemOf(const std::string& name, const std::string& text) const {
-  std::string problem;
+  std::vector<std::string> domains; // of the methods that have the option
   for (const Method& method : method::methods())
     for (const Option& option : rowsOf(method)) {
       if (option.name != name) continue;
@@ -140,20 +141,21 @@ std::string MethodOptions::problemOf(const std::string& name, const std::string&
         method::parseValue(option, text);
         return "";
       } catch (const Error&) {
-        problem = fmt::format("found {}, expected {}", text, method::domainText(option));
+        if (const std::string domain = method::domainText(option);
+            std::ranges::find(domains, domain) == domains.end())
+          domains.push_back(domain);
       }
     }
-  return problem;
+  return fmt::format("found {}, expected {}", text, fmt::join(domains, "; or "));
 }
 
 std::span<const Option> MethodOptions::rowsOf(const Method& method) const {
   return kind_ == Kind::build ? method.buildOptions : method.renderOptions;
 }
 
-Setting MethodOptions::presetOf(const Method& method) const {
-  const auto preset = static_cast<method::Preset>(std::ranges::find(method::kPresets, preset_) -
-                                                  std::begin(method::kPresets));
-  return method::settingOf(preset, rowsOf(method));
+method::Preset MethodOptions::preset() const {
+  return static_cast<method::Preset>(std::ranges::find(method::kPresets, preset_) -
+                                     std::begin(method::kPresets));
 }
 
 Setting MethodOptions::settingFor(const Method& method) const {
@@ -173,7 +175,7 @@ std::map<std::string, Setting> MethodOptions::settingsFor(std::span<const Method
         setting.insert_or_assign(name, method::parseValue(method::rowOf(options, name), text));
         ++takers[name];
       }
-      setting.merge(presetOf(*method)); // given values win
+      setting = method::withPreset(std::move(setting), preset(), options.rows);
       method::requireSetting(options, setting);
       if (kind_ == Kind::build && method->checkBuild) method->checkBuild(setting);
       settings[method->tag] = std::move(setting);
@@ -197,10 +199,19 @@ const Method* methodAt(const std::string& path) {
   }
 }
 
+namespace {
+
+Json numberJson(double number) {
+  if (number == std::floor(number) && std::abs(number) < 9e15) return static_cast<int64_t>(number);
+  return number;
+}
+
+} // namespace
+
 Json jsonOf(const Setting& setting) {
   Json json = Json::object();
   for (const auto& [name, value] : setting)
-    json[name] = value.isNumber() ? Json(value.number()) : Json(value.text());
+    json[name] = value.isNumber() ? numberJson(value.number()) : Json(value.text());
   return json;
 }
 
@@ -209,10 +220,7 @@ Json countsJson(const std::map<std::string, double>& counts) {
   for (const auto& [name, value] : counts) {
     const size_t dot = name.find('.');
     Json& entry = dot == std::string::npos ? json[name] : json[name.substr(0, dot)][name.substr(dot + 1)];
-    if (value == std::floor(value) && std::abs(value) < 9e15)
-      entry = static_cast<int64_t>(value);
-    else
-      entry = value;
+    entry = numberJson(value);
   }
   return json;
 }

@@ -37,14 +37,13 @@ public:
   // Likewise for several methods side by side: each takes the options that it has. Throws UsageError for an
   // option that none of them has.
   std::map<std::string, method::Setting> settingsFor(std::span<const method::Method* const> methods) const;
-  bool isEmpty() const { return given_.empty() && preset_ == method::kPresets[0]; }
 
 private:
   std::vector<CLI::Option*> addFlag(CLI::App& command, const method::Option& option);
   // What is wrong with a value for every method that has the option; empty if one of them takes it.
   std::string problemOf(const std::string& name, const std::string& text) const;
   std::span<const method::Option> rowsOf(const method::Method& method) const;
-  method::Setting presetOf(const method::Method& method) const;
+  method::Preset preset() const;
 
   Kind kind_ = Kind::render;
   std::string preset_ = method::kPresets[0];

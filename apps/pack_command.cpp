@@ -32,14 +32,23 @@ struct PackArguments {
 };
 
 // Throws UsageError for arguments that do not go together.
-void requireMatching(const PackArguments& arguments, const method::Setting& setting) {
-  if (arguments.isStage() &&
-      (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
+void requireMatching(const PackArguments& arguments, const method::Method& method,
+                     const method::Setting& setting) {
+  const bool isStage = arguments.isStage();
+  if (isStage && method.tag != "spherical")
+    throw UsageError(Error("is a stage file, of which only --method spherical is made; `surflect capture` "
+                           "photographs it")
+                         .in(arguments.capture.path));
+  if (isStage && (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
     throw UsageError(Error(
         "--mesh, --nearest, --lights and --environment are for photographs, which a stage file does not "
         "have"));
-  if (!arguments.isStage() && !arguments.stageScale.empty())
+  if (!isStage && !arguments.stageScale.empty())
     throw UsageError(Error("is for a stage file, FILE.toml").at("--scale"));
+  if (arguments.light.incomplete != lightfield::Incomplete::refused && !arguments.light.isGiven())
+    throw UsageError(Error("--skip-incomplete and --common-lights are for --lights and --environment"));
+  if (arguments.force && method.build)
+    throw UsageError(Error("is for surfels: no other method checks its capture").at("--force"));
 }
 
 // A capture whose checks stop `pack` before anything is written, if they find errors.
@@ -114,16 +123,16 @@ std::filesystem::path viewsOf(const PackArguments& arguments, const method::Meth
                            .in(capture.file));
     return arguments.capture.path;
   }
-  lightfield::beginLightFieldFolder(arguments.output);
   const std::filesystem::path views = std::filesystem::path(arguments.output) / method::kViewsFolder;
-  json["views"] = relitViews(capture, arguments.light, views, progress);
+  json["views"] = relitViews(capture, arguments.light, views, progress,
+                             [&] { lightfield::beginLightFieldFolder(arguments.output); });
   return views;
 }
 
 Json runPack(const PackArguments& arguments, const Progress& progress) {
   const method::Method& method = method::methodOf(arguments.method);
   const method::Setting setting = arguments.options.settingFor(method);
-  requireMatching(arguments, setting);
+  requireMatching(arguments, method, setting);
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
   if (!method.build) {
     json.update(packSurfels(arguments, setting, progress));

@@ -8,7 +8,10 @@ namespace surflect::chart {
 method::Setting withoutFull(std::span<const method::Option> knobs, method::Setting setting) {
   for (const method::Option& knob : knobs) {
     const auto found = setting.find(knob.name);
-    if (found != setting.end() && found->second == knob.sweep.front()) setting.erase(found);
+    if (found == setting.end()) continue;
+    const std::optional<method::Value> full =
+        knob.sweep.empty() ? knob.standard : std::optional(knob.sweep.front());
+    if (found->second == full) setting.erase(found);
   }
   return setting;
 }

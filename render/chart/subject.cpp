@@ -43,18 +43,16 @@ std::vector<Option> optionsOf(const method::Renderer& renderer, const Setting& h
   return options;
 }
 
-std::vector<Option> withSweep(std::vector<Option> options) {
-  std::erase_if(options, [](const Option& option) { return option.sweep.empty(); });
-  return options;
-}
-
 // The knobs to sweep with the values to try; the most accurate value comes first or, unless `withFull`, only
 // where it was asked for.
-std::vector<Option> swept(const std::vector<Option>& all, const ChartOptions& options, bool withFull) {
-  if (options.sweep.empty() && !options.onlyGiven) return withSweep(all);
+std::vector<Option> swept(const std::vector<Option>& all, const Setting& held, const ChartOptions& options,
+                          bool withFull) {
+  if (options.sweep.empty() && !options.onlyGiven) return method::sweepable(all, held);
   std::vector<Option> chosen;
   for (const method::Sweep& asked : options.sweep) {
-    Option knob = method::rowOf({"this model", all}, asked.name);
+    const auto row = std::ranges::find(all, asked.name, &Option::name);
+    if (row == all.end()) continue; // of another method
+    Option knob = *row;
     if (!knob.standard && knob.sweep.empty())
       throw Error("has no default to compare with").at(method::flagOf(asked.name));
     const Value full = knob.standard ? *knob.standard : knob.sweep.front();
@@ -103,13 +101,14 @@ Subject::Subject(fs::path model, const capture::Capture& capture, const std::opt
     : model_(std::move(model)), options_(options), measurements_(measurements) {
   const auto held = options.settings.find(method::methodOfModel(model_).tag);
   if (held != options.settings.end()) held_ = held->second;
+  for (const method::Sweep& sweep : options.sweep) held_.erase(sweep.name);
   const auto renderer = open(progress);
   rig_ = renderer->describe().rig;
   all_ = optionsOf(*renderer, held_);
-  knobs_ = swept(all_, options, true);
+  knobs_ = swept(all_, held_, options, true);
   preview_ = withoutFull(all_, method::settingOf(method::Preset::preview, all_));
   if (isGiven()) {
-    const std::vector<Option> given = swept(all_, options, !options.onlyGiven);
+    const std::vector<Option> given = swept(all_, held_, options, !options.onlyGiven);
     requireFew(given);
     for (Setting& setting : combinations(given)) add(withoutFull(all_, std::move(setting)));
   } else {

@@ -59,10 +59,8 @@ struct Controller::Search {
 Controller::Controller(method::Renderer& renderer, RenderFrame render, FrameRange film, Target target,
                        method::Setting held)
     : renderer_(renderer), render_(std::move(render)), film_(film), target_(target), held_(std::move(held)),
-      knobs_(renderer.options().begin(), renderer.options().end()) {
+      knobs_(method::sweepable(renderer.options(), held_)) {
   method::requireSetting(method::optionsOf(renderer), held_);
-  std::erase_if(knobs_,
-                [&](const method::Option& knob) { return knob.sweep.empty() || held_.contains(knob.name); });
 }
 
 Choice Controller::choose(int frame) {

@@ -60,6 +60,13 @@ bool isIn(const Option& option, const Value& value) {
   return number >= range.least && number <= range.most && (!range.isWhole || number == std::floor(number));
 }
 
+// Whether the options that a row needs have one of the values that it needs, or none that is known.
+bool hasEffect(const Option& row, const Setting& all) {
+  if (!row.needs) return true;
+  const auto found = all.find(row.needs->first);
+  return found == all.end() || std::ranges::find(row.needs->second, found->second) != row.needs->second.end();
+}
+
 void requireValue(const Option& option, const Value& value) {
   if (!isIn(option, value)) throw Error::mismatch(domainText(option), value.text()).at(flagOf(option.name));
 }
@@ -91,14 +98,12 @@ void requireSetting(const Options& options, const Setting& setting) {
   const Setting all = withDefaults(options.rows, setting);
   for (const auto& [name, value] : setting) {
     const Option& row = rowOf(options, name);
-    if (!row.needs) continue;
+    if (hasEffect(row, all)) continue;
     const auto& [needed, values] = *row.needs;
-    const auto found = all.find(needed);
-    if (found == all.end() || std::ranges::find(values, found->second) != values.end()) continue;
     std::vector<std::string> words;
     for (const Value& each : values) words.push_back(each.text());
     throw Error(fmt::format("has an effect only with {} {}, found {}", flagOf(needed),
-                            fmt::join(words, " or "), found->second.text()))
+                            fmt::join(words, " or "), all.at(needed).text()))
         .at(flagOf(name));
   }
 }
@@ -123,6 +128,17 @@ Setting forFrames(std::span<const Option> rows, Setting setting) {
   return setting;
 }
 
+std::vector<Option> sweepable(std::span<const Option> rows, const Setting& given) {
+  std::vector<Option> kept;
+  for (const Option& row : rows) {
+    const bool isNeeded = std::ranges::any_of(rows, [&](const Option& other) {
+      return given.contains(other.name) && other.needs && other.needs->first == row.name;
+    });
+    if (!row.sweep.empty() && !given.contains(row.name) && !isNeeded) kept.push_back(row);
+  }
+  return kept;
+}
+
 std::string textOf(const Setting& setting) {
   std::string text;
   for (const auto& [name, value] : setting)
@@ -139,6 +155,17 @@ Setting settingOf(Preset preset, std::span<const Option> rows) {
     if (value) setting.emplace(row.name, *value);
   }
   return setting;
+}
+
+Setting withPreset(Setting given, Preset preset, std::span<const Option> rows) {
+  const Setting presets = settingOf(preset, rows);
+  Setting all = given;
+  all.insert(presets.begin(), presets.end());
+  all = withDefaults(rows, std::move(all));
+  for (const Option& row : rows)
+    if (const auto found = presets.find(row.name); found != presets.end() && hasEffect(row, all))
+      given.insert(*found);
+  return given;
 }
 
 Sweep parseSweep(const Options& options, std::string_view text) {

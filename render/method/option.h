@@ -52,7 +52,7 @@ struct Option {
   std::string name; // "surfel_size"; the flag is --surfel-size
   // Numbers, or numbers and words to choose from, "on" and "off" for a switch.
   std::variant<Range, std::vector<Value>> domain = Range{};
-  std::optional<Value> standard = {}; // default; none: what the model or another option says
+  std::optional<Value> standard = {}; // default; empty if the model or another option decides
   std::optional<Value> paper = {};    // in the preset `paper`, if that differs from the default
   std::optional<Value> preview = {};  // in the preset `preview`, likewise
   // Worth trying for speed: from the most accurate value, which is the default, to the fastest one. Empty:
@@ -94,10 +94,17 @@ Setting forFrames(std::span<const Option> rows, Setting setting);
 // The setting in one line: "cameras=2 lights=1"; "full" if it is empty.
 std::string textOf(const Setting& setting);
 
+// Options to sweep beside given ones: those with values to sweep that are neither given nor needed by a given
+// one.
+std::vector<Option> sweepable(std::span<const Option> rows, const Setting& given);
+
 enum class Preset { full, preview, paper };
 inline constexpr const char* kPresets[] = {"full", "preview", "paper"};
 // Values of a preset. `full`, the default of every option, is empty.
 Setting settingOf(Preset preset, std::span<const Option> rows);
+// The given values, and those of a preset for other options, unless these have no effect beside the given
+// ones.
+Setting withPreset(Setting given, Preset preset, std::span<const Option> rows);
 
 // Values to sweep: "NAME=V1,V2,..". Throws Error, also for an option that is not among the rows.
 struct Sweep {

@@ -61,7 +61,8 @@ public:
   virtual EnvironmentReport prepare(const scene::ShotEnvironment&, const Progress& = {}) { return {}; }
 
   // Lets the renderer choose its own level of detail from frame to frame, so that a frame takes at most so
-  // many seconds; none: no longer. Returns false, and does nothing, if the method has no such control.
+  // many seconds. Without a value, frames are at the set options until it is called again. Returns false, and
+  // does nothing, if the method has no such control. Throws Error for options that it would overrule.
   virtual bool keepBudget(std::optional<double> /*seconds*/) { return false; }
 
 private:

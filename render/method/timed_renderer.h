@@ -18,18 +18,19 @@ public:
 
   const Description& describe() const override { return renderer_->describe(); }
   std::span<const Option> options() const override { return renderer_->options(); }
-  EnvironmentReport prepare(const scene::ShotEnvironment& environment,
-                                    const Progress& progress) override {
+  EnvironmentReport prepare(const scene::ShotEnvironment& environment, const Progress& progress) override {
     return renderer_->prepare(environment, progress);
   }
   FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
-                             const Progress& progress, FrameLayers memory) override {
+                     const Progress& progress, FrameLayers memory) override {
     const Stopwatch watch;
     FrameLayers layers = renderer_->render(scene, aovs, progress, std::move(memory));
     seconds_.push_back(watch.seconds());
     reports_.push_back(layers.report);
     return layers;
   }
+
+  bool keepBudget(std::optional<double> seconds) override { return renderer_->keepBudget(seconds); }
 
   // Time and report of each frame so far.
   const std::vector<double>& seconds() const { return seconds_; }

@@ -1,6 +1,7 @@
 #include "render/scene/turntable.h"
 
 #include "surfel/math/angle.h"
+#include "surfel/math/median.h"
 
 #include <fmt/format.h>
 
@@ -41,11 +42,6 @@ OrbitAngles anglesOf(const Vec3<double>& direction, const Vec3<double>& up) {
       Eigen::Quaterniond::FromTwoVectors(up, Vec3<double>(0, 1, 0)) * direction.normalized();
   return {Angle::fromRadians(std::atan2(d.x(), d.z())).degrees(),
           Angle::fromRadians(std::asin(std::clamp(d.y(), -1.0, 1.0))).degrees()};
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 // Azimuths of a turn: all around, or to and fro within the sector that cameras have seen.

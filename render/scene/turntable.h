@@ -15,10 +15,9 @@ struct TurntableObject {
   bool isBaked = false;                             // has its light: the script gives none
 };
 
-// Text of a TOML script of 48 frames, commented. Up is the mean of the captured cameras' ups; the field of
-// view, which holds the object, and the height above it are theirs, too. Lights, unless they are baked in,
-// are three lamps among the captured lights' directions, which a white surface in the middle reflects as
-// white.
+// Text of a TOML script of 48 frames, commented. Up is the mean of the captured cameras' ups, and their
+// median elevation is the camera's, which holds the object in its view. Lights, unless they are baked in, are
+// three lamps among the captured lights' directions, which a white surface in the middle reflects as white.
 std::string turntableScript(const TurntableObject& object);
 
 } // namespace surflect::scene

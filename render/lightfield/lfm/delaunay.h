@@ -1,7 +1,7 @@
 // Delaunay triangulation of points on the disc, called sites.
 #pragma once
 
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 
 #include <array>
 #include <cstdint>

@@ -56,11 +56,10 @@ const method::Rows<BuildChoice>& buildRows() {
       row<BuildChoice>("terms", [](auto& o) -> auto& { return o.terms; },
                        {.domain = wholeRange(0, kMostTerms),
                         .help = "products for each vertex, at most; default: 3, or 16 with --tolerance"}),
-      row<BuildChoice>(
-          "tolerance", [](auto& o) -> auto& { return o.options.tolerance; },
-          {.domain = method::Range{0, 1},
-           .help = "no more terms than this RMS error of square roots takes, relative to that of white; 0: "
-                   "all"}),
+      row<BuildChoice>("tolerance", [](auto& o) -> auto& { return o.options.tolerance; },
+                       {.domain = method::Range{0, 1},
+                        .help = "stop adding terms once the RMS error of square roots is below this share of "
+                                "white's; 0: all terms"}),
       row<BuildChoice>(
           "factors", [](auto& o) -> auto& { return o.options.method; },
           {.domain = words({"pca", "nmf"}),
@@ -71,9 +70,9 @@ const method::Rows<BuildChoice>& buildRows() {
           {.domain = words({"sample", "triangle"}),
            .paper = "triangle",
            .help = "photographs of a surface sample: those that see it, or that see its whole triangle"}),
-      row<BuildChoice>("vq", [](auto& o) -> auto& { return o.codebookRatio; },
-                       {.domain = method::Range{1, 1e6},
-                        .help = "vector quantisation: so many maps for each that is stored"}),
+      row<BuildChoice>(
+          "vq", [](auto& o) -> auto& { return o.codebookRatio; },
+          {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
       row<BuildChoice>(
           "vq_error", [](auto& o) -> auto& { return o.codebookError; },
           {.domain = method::Range{1e-6, 1},

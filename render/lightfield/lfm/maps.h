@@ -22,7 +22,7 @@
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

@@ -3,7 +3,7 @@
 // Symbols: q = position + scale rotation p, of a point p of the object.
 #pragma once
 
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 #include "srf/capture/camera.h"
 #include "surfel/math/space.h"
 

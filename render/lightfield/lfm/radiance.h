@@ -3,7 +3,7 @@
 #pragma once
 
 #include "render/lightfield/lfm/maps.h"
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Core>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/lightfield/lfm/patch_grid.h"
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 

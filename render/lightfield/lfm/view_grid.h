@@ -4,7 +4,7 @@
 // texels of a texture.
 #pragma once
 
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 
 #include <cstddef>
 

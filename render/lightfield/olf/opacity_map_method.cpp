@@ -40,7 +40,7 @@ const method::Rows<BuildChoice>& buildRows() {
                        {.help = "an opacity hull from the views' alpha, instead of the capture's mesh"}),
       row<BuildChoice>("triangles", [](auto& o) -> auto& { return o.triangles; },
                        {.domain = wholeRange(4, 2147483648),
-                        .help = "simplify the mesh to so many, around it; default: as it is"}),
+                        .help = "simplify to so many triangles that enclose the mesh; default: as it is"}),
       row<BuildChoice>("samples", [](auto& o) -> auto& { return o.samples; },
                        {.domain = wholeRange(2, 256),
                         .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
@@ -55,9 +55,9 @@ const method::Rows<BuildChoice>& buildRows() {
           {.domain = words({"ring", "all"}),
            .help = "views of a vertex: those that see all triangles around it (ring), or all, hidden or not; "
                    "default: all for an opacity hull, ring for a mesh"}),
-      row<BuildChoice>("vq", [](auto& o) -> auto& { return o.codebookRatio; },
-                       {.domain = method::Range{1, 1e6},
-                        .help = "vector quantisation: so many maps for each that is stored"}),
+      row<BuildChoice>(
+          "vq", [](auto& o) -> auto& { return o.codebookRatio; },
+          {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
       row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
                        {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})};
   return kRows;

@@ -15,7 +15,7 @@
 // triangle near it to start from.
 #pragma once
 
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 #include "render/lightfield/olf/closest_views.h"
 #include "surfel/math/space.h"
 

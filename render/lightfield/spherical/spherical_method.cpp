@@ -6,6 +6,7 @@
 #include "render/lightfield/common/light_field_renderer.h"
 #include "render/lightfield/spherical/image_cache.h"
 #include "render/lightfield/spherical/open_flight.h"
+#include "surfel/base/error.h"
 #include "surfel/base/hash.h"
 #include "surfel/base/stopwatch.h"
 #include "surfel/math/bounds.h"
@@ -94,7 +95,9 @@ struct OpenSpherical {
   TaskLoader loader;
   FrameTimeModel times;
   ImageCache cache;
-  std::optional<Flight> flight; // under a budget
+  std::optional<double> budget;
+  std::optional<Flight> flight; // of the last budget, which goes on where it stopped
+  bool isInTime = false;        // whether frames keep the budget
   RenderOptions options = {};
 
   OpenSpherical(const std::filesystem::path& path, size_t cacheBytes, const Progress& progress)
@@ -107,15 +110,19 @@ struct OpenSpherical {
   double finest() const { return static_cast<double>(tree.levels() - 1); }
 
   bool keepBudget(std::optional<double> seconds) {
-    flight.reset();
-    if (seconds) flight.emplace(tree, cache, times, FlightOptions{.budget = seconds});
+    if (seconds && options.level) throw Error("has no effect beside --budget-ms").at("--level");
+    if (seconds && seconds != budget) {
+      flight.emplace(tree, cache, times, FlightOptions{.budget = seconds});
+      budget = seconds;
+    }
+    isInTime = seconds.has_value();
     return true;
   }
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
             const Progress& progress, method::FrameLayers& layers) {
     const Look look{options.level.value_or(finest()), 0, options.depth, options.interpolated};
-    flight ? drawInTime(camera, look, layers) : drawWhole(camera, look, progress, layers);
+    isInTime ? drawInTime(camera, look, layers) : drawWhole(camera, look, progress, layers);
     const bool isDepthAsked = lightfield::isAsked(aovs, "depth");
     const gl::Stopwatch reading;
     Picture picture = frame.read(isDepthAsked);

@@ -155,6 +155,21 @@ TEST(Option, PresetsHoldWhatDiffersFromTheDefault) {
   EXPECT_EQ(settingOf(Preset::paper, lookRows()), (Setting{{"cameras", 4}, {"order", "peel"}}));
 }
 
+TEST(Option, GivenValuesWinOverThoseOfAPreset) {
+  EXPECT_EQ(withPreset({{"cameras", 2}}, Preset::paper, lookRows()),
+            (Setting{{"cameras", 2}, {"order", "peel"}}));
+  EXPECT_EQ(withPreset({}, Preset::full, lookRows()), Setting());
+}
+
+TEST(Option, ValuesOfAPresetThatHaveNoEffectBesideTheGivenOnesAreLeftOut) {
+  std::vector<Option> rows = lookRows();
+  rows[4].paper = 8; // layers, which need --order peel
+  EXPECT_EQ(withPreset({}, Preset::paper, rows), (Setting{{"cameras", 4}, {"layers", 8}, {"order", "peel"}}));
+  const Setting lists = withPreset({{"order", "list"}}, Preset::paper, rows);
+  EXPECT_EQ(lists, (Setting{{"cameras", 4}, {"order", "list"}}));
+  requireSetting({"look", rows}, lists);
+}
+
 TEST(Option, ValuesToSweepAreParsedInTheirOrder) {
   const Sweep sweep = parseSweep(kOptions, "surfel-size=2,0.5,1e-1");
   EXPECT_EQ(sweep.name, "surfel_size");

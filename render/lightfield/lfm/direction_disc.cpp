@@ -1,4 +1,4 @@
-#include "render/lightfield/lfm/vertex_frame.h"
+#include "render/lightfield/lfm/direction_disc.h"
 
 #include <cmath>
 
