@@ -27,7 +27,8 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired);
 
 // Writes the capture's views under the light, or goes on with writing them; says what it made. Calls `begin`
 // when all is known to fit, before anything is written. Throws Error as planRelight() and relight() do.
-Json relitViews(const capture::Capture& capture, const FixedLight& light, const std::filesystem::path& folder,
-                const Progress& progress, const std::function<void()>& begin = [] {});
+Json relitViews(
+    const capture::Capture& capture, const FixedLight& light, const std::filesystem::path& folder,
+    const Progress& progress, const std::function<void()>& begin = [] {});
 
 } // namespace surflect

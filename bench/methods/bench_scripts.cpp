@@ -1,7 +1,7 @@
 // Times the frames of scripts one after another, in turn, without writing pictures; prints JSON on stdout and
 // a table on stderr. scripts/light_fields and scripts/opacity write the tables of docs/results/.
-#include "render/method/timed_renderer.h"
 #include "render/film/shot_renderer.h"
+#include "render/method/timed_renderer.h"
 #include "render/methods.h"
 #include "render/scene/scene.h"
 
@@ -136,7 +136,8 @@ int main(int argc, char** argv) {
   using namespace surflect;
   bench::BenchmarkArguments arguments;
   CLI::App app("Times the frames of scripts, which take turns", "bench_scripts");
-  app.add_option("scripts", arguments.scripts, "TOML: model and camera over time; or TOML:NAME=VALUE")->required();
+  app.add_option("scripts", arguments.scripts, "TOML: model and camera over time; or TOML:NAME=VALUE")
+      ->required();
   app.add_option("--rounds", arguments.rounds, "how often all frames are rendered")
       ->check(CLI::Range(1, 1000));
   app.add_option("--scale", arguments.scale, "factor on width and height")->check(CLI::Range(0.01, 8.0));

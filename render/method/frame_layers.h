@@ -14,8 +14,9 @@ struct FrameReport {
   std::map<std::string, double> seconds;          // per stage; names are the renderer's own
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
   // Counts by name: "surfels.dead" is the entry `dead` of the group `surfels`. The group "work" is the
-  // estimated cost of each stage, from counts alone and in one unit for a method: equal frames have equal work
-  // on every machine. Methods with options to sweep must report it; it must fall where one makes frames faster.
+  // estimated cost of each stage, from counts alone and in one unit for a method: equal frames have equal
+  // work on every machine. Methods with options to sweep must report it; it must fall where one makes frames
+  // faster.
   std::map<std::string, double> counts;
   std::optional<std::string> remark; // a likely mistake, such as an empty picture: one line
 };

@@ -160,8 +160,7 @@ std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights
     for (Option& option : options) option.sweep.clear();
     return options;
   }
-  if (weights::usesKriging(field, shade))
-    rowOf(kInterpolation).sweep = words({"kriging", "separate"});
+  if (weights::usesKriging(field, shade)) rowOf(kInterpolation).sweep = words({"kriging", "separate"});
   if (isProduct) rowOf("cameras").sweep = downToOne(shade.cameras);
   if (isProduct && isLit) {
     const size_t lights = weights::lightBlend(field, shade).lights;

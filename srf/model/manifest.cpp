@@ -99,8 +99,8 @@ weights::InterpolationChoice interpolationOf(const Json& stated) {
     return static_cast<float>(half);
   };
   weights::InterpolationChoice choice;
-  choice.kind =
-      required(stated, "kind", nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging}));
+  choice.kind = required(stated, "kind",
+                         nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging}));
   choice.halfScale = required(stated, "half_scale", halfScaleOf);
   choice.reciprocal = required(stated, "reciprocal", flagOf);
   choice.shadows = required(stated, "shadows", flagOf);

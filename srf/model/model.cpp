@@ -327,7 +327,7 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   model.visibility = std::move(content.visibility);
   if (!model.rig.lights.empty())
     model.lightVisibility = weights::shadowStates(model.cloud, occludersOf(model.cloud, *model.levels),
-                                                     model.rig.lights, progress);
+                                                  model.rig.lights, progress);
   for (size_t view = 0; view < model.rig.views.size(); ++view)
     model.files.emplace_back(folder / viewFilePath(view));
   for (size_t view = 0; content.hasAlpha && view < model.rig.views.size(); ++view) {

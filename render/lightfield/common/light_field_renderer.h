@@ -21,8 +21,8 @@ public:
     std::vector<method::Option> options;
     // Takes a setting for the frames that follow.
     std::function<void(const method::Setting&)> configure;
-    // Draws the picture of a camera into `layers`, whose AOVs and report are empty: colour, the named AOVs and
-    // the report. Throws Error for a lens that the method cannot draw.
+    // Draws the picture of a camera into `layers`, whose AOVs and report are empty: colour, the named AOVs
+    // and the report. Throws Error for a lens that the method cannot draw.
     std::function<void(const capture::Camera<AcquisitionSpace>&, const std::vector<std::string>& aovs,
                        const Progress&, method::FrameLayers& layers)>
         draw;

@@ -21,8 +21,8 @@
 // each corner).
 #pragma once
 
-#include "render/lightfield/lfm/factors.h"
 #include "render/lightfield/lfm/direction_disc.h"
+#include "render/lightfield/lfm/factors.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

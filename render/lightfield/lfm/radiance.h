@@ -2,8 +2,8 @@
 // renderer is measured against.
 #pragma once
 
-#include "render/lightfield/lfm/maps.h"
 #include "render/lightfield/lfm/direction_disc.h"
+#include "render/lightfield/lfm/maps.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Core>

@@ -3,8 +3,8 @@
 // [Chen 2002, §2.1] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once
 
-#include "render/lightfield/lfm/patch_grid.h"
 #include "render/lightfield/lfm/direction_disc.h"
+#include "render/lightfield/lfm/patch_grid.h"
 #include "surfel/base/progress.h"
 #include "surfel/geometry/mesh.h"
 

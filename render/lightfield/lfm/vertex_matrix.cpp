@@ -1,7 +1,7 @@
 #include "render/lightfield/lfm/vertex_matrix.h"
 
-#include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/direction_disc.h"
+#include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/view_blend.h"
 
 #include <algorithm>

@@ -70,9 +70,8 @@ TEST(Model, WhatIsWrittenIsReadBackEqual) {
   EXPECT_EQ(model.visibility.views, visibility.views);
   EXPECT_EQ(model.visibility.values, visibility.values);
   ASSERT_TRUE(model.lightVisibility);
-  EXPECT_EQ(
-      model.lightVisibility->values,
-      weights::shadowStates(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
+  EXPECT_EQ(model.lightVisibility->values,
+            weights::shadowStates(cloud, occludersOf(cloud, *model.levels), packed.model.rig.lights).values);
   EXPECT_EQ(model.white, 0.7);
   EXPECT_EQ(model.lightBlend, (weights::LightBlend{5, weights::LightFit::plane}));
   EXPECT_EQ(model.interpolation, made.interpolation);

@@ -1,9 +1,9 @@
 #include "render/lightfield/lfm/vertex_matrix.h"
 
+#include "render/lightfield/lfm/direction_disc.h"
 #include "render/lightfield/lfm/patch_grid.h"
 #include "render/lightfield/lfm/rings.h"
 #include "render/lightfield/lfm/root_radiance.h"
-#include "render/lightfield/lfm/direction_disc.h"
 #include "render/lightfield/lfm/view_grid.h"
 #include "tests/render/lightfield/slf/meshes.h"
 #include "tests/support/random.h"
