@@ -46,6 +46,7 @@ std::vector<method::Sweep> sweepsOf(const ChartArguments& arguments,
       method::Sweep sweep = method::parseSweep({methods.front()->tag, rows}, text);
       if (method::rowOf({methods.front()->tag, rows}, sweep.name).atOpening)
         throw Error("cannot be swept: it is given when a model is opened").at(sweep.name).at("--sweep");
+      if (arguments.given.isGiven(sweep.name)) throw Error("is swept, too").at(method::flagOf(sweep.name));
       if (std::ranges::find(sweeps, sweep.name, &method::Sweep::name) != sweeps.end())
         throw Error("is given twice").at(sweep.name).at("--sweep");
       sweeps.push_back(std::move(sweep));

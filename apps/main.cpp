@@ -28,25 +28,24 @@ bool writeReport(const std::string& text) {
   return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
-// "; did you mean --lights?" for the first word of the command line that the program does not know.
-std::string suggestion(CLI::App& app, int argc, char** argv) {
+// "unknown: --lihgts; did you mean --lights?" for the first word of the command line that the program does
+// not know; empty if it knows all.
+std::string unknownWord(CLI::App& app, int argc, char** argv) {
   using namespace surflect;
   const bool hasCommand = !app.get_subcommands().empty();
   const CLI::App& command = hasCommand ? *app.get_subcommands().front() : app;
   std::vector<std::string> known;
   std::vector<const CLI::App*> groups{&command};
   for (const CLI::App* each : command.get_subcommands({}))
-    if (each->get_name().empty()) groups.push_back(each); // an option group
+    each->get_name().empty() ? groups.push_back(each) : known.push_back(each->get_name());
   for (const CLI::App* group : groups)
     for (const CLI::Option* option : group->get_options())
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-  if (!hasCommand)
-    for (const CLI::App* each : app.get_subcommands({})) known.push_back(each->get_name());
   for (int i = 1; i < argc; ++i) {
     const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
     if ((hasCommand && !word.starts_with("--")) || std::ranges::find(known, word) != known.end()) continue;
     const std::vector<std::string_view> names(known.begin(), known.end());
-    return fmt::format("; did you mean {}?", nearestName(word, names));
+    return fmt::format("unknown: {}; did you mean {}?", word, nearestName(word, names));
   }
   return "";
 }
@@ -112,8 +111,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    const bool isUnknown = error.get_name() == "ExtrasError" || app.get_subcommands().empty();
-    say("surflect: " + std::string(error.what()) + (isUnknown ? suggestion(app, argc, argv) : ""));
+    const bool isUnknown = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
+                           app.get_subcommands().empty();
+    const std::string unknown = isUnknown ? unknownWord(app, argc, argv) : "";
+    say("surflect: " + (unknown.empty() ? std::string(error.what()) : unknown));
     say(fmt::format("surflect {}--help explains", app.get_subcommands().empty()
                                                       ? std::string()
                                                       : app.get_subcommands().front()->get_name() + " "));

@@ -31,6 +31,7 @@ public:
   std::vector<CLI::Option*> add(CLI::App& command, const method::Method& method,
                                 std::span<const std::string_view> names);
 
+  bool isGiven(const std::string& name) const { return given_.contains(name); }
   // The given values for a method, over those of the preset. Throws UsageError for an option that the method
   // lacks, and for values that it cannot take.
   method::Setting settingFor(const method::Method& method) const;

@@ -7,6 +7,7 @@
 #include "apps/terminal.h"
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/surfels/surfel_method.h"
+#include "srf/model/manifest.h"
 #include "srf/model/pack.h"
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
@@ -129,6 +130,14 @@ std::filesystem::path viewsOf(const PackArguments& arguments, const method::Meth
   return views;
 }
 
+// Throws Error if a finished model of another method would be lost.
+void requireSameMethod(const std::filesystem::path& output, const method::Method& method) {
+  if (!std::filesystem::exists(output / model::kManifestFile)) return;
+  if (const method::Method& found = method::methodOfModel(output); found.format != method.format)
+    throw Error(fmt::format("is a finished model of method {}: remove it, or give another -o", found.tag))
+        .in(output);
+}
+
 Json runPack(const PackArguments& arguments, const Progress& progress) {
   const method::Method& method = method::methodOf(arguments.method);
   const method::Setting setting = arguments.options.settingFor(method);
@@ -139,6 +148,7 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
     return json;
   }
   requireCreatable(arguments.output);
+  requireSameMethod(arguments.output, method);
   method::BuildInput input{.source = viewsOf(arguments, method, json, progress),
                            .mesh = arguments.mesh,
                            .paths = arguments.capture.outside,

@@ -122,6 +122,11 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
     points += subjects.back()->settings().size();
     steps += subjects.back()->longestDescent();
   }
+  for (const method::Sweep& sweep : options.sweep)
+    if (std::ranges::none_of(subjects, [&](const auto& subject) {
+          return std::ranges::count(subject->options(), sweep.name, &Option::name) > 0;
+        }))
+      method::rowOf({folderName(models.front()), subjects.front()->options()}, sweep.name); // throws
 
   Chart chart;
   const Subject& first = *subjects.front();

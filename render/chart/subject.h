@@ -31,6 +31,8 @@ public:
   Subject& operator=(const Subject&) = delete;
 
   const std::filesystem::path& model() const { return model_; }
+  // Options of the model, whether they are swept or not.
+  const std::vector<method::Option>& options() const { return all_; }
   const std::vector<method::Option>& knobs() const { return knobs_; } // with the values to try
   const std::vector<method::Setting>& settings() const { return settings_; }
   const Samples& rest() const { return *rest_; }

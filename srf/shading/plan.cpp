@@ -243,7 +243,8 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
         .in(field.folder);
   if (!isFixed && batch.sources() == 0)
     throw Error("captured under " + counted(field.rig.lights.size(), "light") +
-                ": the script, or the photographs to compare with, must name a light")
+                ": the script, or the photographs to compare with, must name a light; `evaluate --script` "
+                "takes one with [[light]]")
         .in(field.folder);
   if (options.foreshortened.value_or(false) &&
       (isFixed || (!field.isFullProduct && !usesKriging(field, options))))

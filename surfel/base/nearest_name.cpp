@@ -24,8 +24,10 @@ size_t editDistance(std::string_view a, std::string_view b) {
 
 std::string_view nearestName(std::string_view name, std::span<const std::string_view> known) {
   assert(!known.empty());
-  return *std::ranges::min_element(known, {},
-                                   [&](std::string_view other) { return editDistance(name, other); });
+  const bool isLong = name.size() >= 3; // shorter ones begin too many names
+  return *std::ranges::min_element(known, {}, [&](std::string_view other) {
+    return std::pair(!(isLong && other.starts_with(name)), editDistance(name, other));
+  });
 }
 
 } // namespace surflect

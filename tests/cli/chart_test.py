@@ -43,6 +43,11 @@ class Chart(TestInFolder):
             self.assertEqual([p["setting"] for p in again["points"]], [point["setting"]])
             self.assertEqual([again["points"][0][key] for key in ACCURACY], [point[key] for key in ACCURACY])
 
+    def test_an_option_without_values_of_its_own_can_be_swept(self):
+        chart = succeed(*self.arguments("low-pass", "--sweep", "low_pass=0.3", "--reciprocity", "on", "--interpolation",
+                                        "kriging"))
+        self.assertEqual([point["setting"] for point in chart["points"]], [{}, {"low_pass": 0.3}])
+
     def test_an_interrupted_chart_goes_on(self):
         arguments = self.arguments("stopped", "--sweep", "cameras=1", rounds=1000000)
         process = subprocess.Popen([SURFLECT, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
@@ -70,6 +75,8 @@ class Chart(TestInFolder):
         for wrong, expected in ((["--sweep", "colour=1"], "surfels has no option --colour"),
                                 (["--sweep", "cameras=99"], "--cameras: found 99, expected 1..16, whole"),
                                 (["--sweep", "cameras=1", "--sweep", "cameras=2"], "cameras: is given twice"),
+                                (["--cameras", "1", "--sweep", "cameras=2"], "--cameras: is swept, too"),
+                                (["--sweep", "cache_mb=1,2"], "cache_mb: cannot be swept"),
                                 (["--sweep", "scale=2"], "--scale: found 2, expected 0.01..1")):
             with self.subTest(wrong=wrong):
                 result = run(*self.arguments("wrong", *wrong))

@@ -325,6 +325,9 @@ class Methods(TestInFolder):
                 (broken / file.name).write_bytes(file.read_bytes()[:-9])
                 self.assert_refused(file.name, "evaluate", broken, self.views)
 
+    def test_a_model_of_another_method_is_not_replaced(self):
+        self.assert_refused("finished model of method slf", "pack", self.views, "--method", "lfm", "-o", self.models[0])
+
     def test_what_cannot_be_built_is_one_line(self):
         out = ["-o", self.folder / "none"]
         self.assert_refused("not a light field", "pack", self.views, "--method", "slf", "-o", self.views)

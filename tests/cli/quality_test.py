@@ -79,6 +79,11 @@ class Quality(TestInFolder):
         (held,) = self.settings(self.render("h", "--frames", "1", "--tolerance", "0.01", "--cameras", "1"))
         self.assertIn("cameras=1", held)
 
+    def test_what_a_given_option_needs_is_kept(self):
+        report = self.render("needs", "--frames", "1-2", "--tolerance", TOLERANCE, "--interpolation", "kriging",
+                             "--reciprocity", "on")
+        self.assertTrue(all("interpolation=kriging" in setting for setting in self.settings(report)))
+
     def test_a_budget_of_any_length_gives_a_film(self):
         self.assertEqual(set(self.settings(self.render("long", "--budget-ms", "100000"))), {"full"})
         self.assertNotIn("full", self.settings(self.render("short", "--budget-ms", "0.01")))

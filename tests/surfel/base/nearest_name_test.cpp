@@ -36,6 +36,7 @@ TEST(NearestName, FindsTheOneThatWasMeant) {
   constexpr std::array<std::string_view, 3> known = {"position", "intensity", "color"};
   EXPECT_EQ(nearestName("colour", known), "color");
   EXPECT_EQ(nearestName("postion", known), "position");
+  EXPECT_EQ(nearestName("fov", std::array<std::string_view, 2>{"from", "fov_deg"}), "fov_deg"); // was begun
 }
 
 } // namespace
