@@ -41,7 +41,7 @@ public:
 
 private:
   std::vector<CLI::Option*> addFlag(CLI::App& command, const method::Option& option);
-  // What is wrong with a value for every method that has the option; empty if one of them takes it.
+  // Complaint about a value that no method takes; empty if one that has the option does.
   std::string problemOf(const std::string& name, const std::string& text) const;
   std::span<const method::Option> rowsOf(const method::Method& method) const;
   method::Preset preset() const;

@@ -28,7 +28,7 @@ struct BuildInput {
   std::function<void(std::string_view line)> say; // tells people what was found and made
 };
 
-// What a build did, by name. "map_bytes.view" is the entry `view` of the group `map_bytes`.
+// Report of a build: figures by name. "map_bytes.view" is the entry `view` of the group `map_bytes`.
 struct BuildReport {
   std::map<std::string, double> counts;
   std::map<std::string, std::vector<double>> lists;

@@ -68,7 +68,7 @@ struct Option {
 
 // "--surfel-size"
 std::string flagOf(std::string_view name);
-// What the option takes: "0..64", "1..12, whole", "mean or plane".
+// Text of an option's domain: "0..64", "1..12, whole", "mean or plane".
 std::string domainText(const Option& option);
 
 // The options of a method, for messages.

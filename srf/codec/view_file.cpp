@@ -21,7 +21,7 @@ struct IndexEntry {
   uint32_t position = 0, size = 0, checksum = 0; // place in the grid; bytes of the record
 };
 
-// What comes before the records.
+// Head and index, which stand before the records.
 struct Head {
   ViewHeader view;
   uint32_t blocks = 0;

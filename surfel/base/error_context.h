@@ -1,4 +1,4 @@
-// What Errors of a piece of work get.
+// Field and file that an Error of some work is given on its way up.
 #pragma once
 
 #include "surfel/base/error.h"

@@ -4,6 +4,7 @@
 #include "render/lightfield/lfm/codebook_maps.h"
 #include "render/lightfield/lfm/lfm_method.h"
 #include "render/lightfield/lfm/tile.h"
+#include "render/lightfield/olf/mesh_rows.h"
 #include "render/lightfield/olf/opacity_map_build.h"
 #include "render/lightfield/olf/opacity_map_file.h"
 #include "render/lightfield/olf/opacity_map_frame.h"
@@ -28,39 +29,31 @@ using method::row, method::words, method::wholeRange, method::Setting, method::O
 
 struct BuildChoice {
   MapBuildOptions options = {};
-  std::optional<size_t> triangles;
+  MeshOptions mesh = {};
   std::optional<int> samples;
   std::optional<double> codebookRatio;
   bool s3tc = false;
 };
 
-const method::Rows<BuildChoice>& buildRows() {
-  static const method::Rows<BuildChoice> kRows{
-      row<BuildChoice>("hull", [](auto& o) -> auto& { return o.options.mesh.hull; },
-                       {.help = "an opacity hull from the views' alpha, instead of the capture's mesh"}),
-      row<BuildChoice>("triangles", [](auto& o) -> auto& { return o.triangles; },
-                       {.domain = wholeRange(4, 2147483648),
-                        .help = "simplify to so many triangles that enclose the mesh; default: as it is"}),
-      row<BuildChoice>("samples", [](auto& o) -> auto& { return o.samples; },
-                       {.domain = wholeRange(2, 256),
-                        .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
-      row<BuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
-                       {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
-                        .help = "cells of a view map along each side"}),
-      row<BuildChoice>(
-          "terms", [](auto& o) -> auto& { return o.options.terms; },
-          {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
-      row<BuildChoice>(
-          "visible", [](auto& o) -> auto& { return o.options.visible; },
-          {.domain = words({"ring", "all"}),
-           .help = "views of a vertex: those that see all triangles around it (ring), or all, hidden or not; "
-                   "default: all for an opacity hull, ring for a mesh"}),
-      row<BuildChoice>(
-          "vq", [](auto& o) -> auto& { return o.codebookRatio; },
-          {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
-      row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
-                       {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})};
-  return kRows;
+method::Rows<BuildChoice> buildRows() {
+  method::Rows<BuildChoice> rows = meshRows<BuildChoice>();
+  rows.insert(
+      rows.end(),
+      {row<BuildChoice>("samples", [](auto& o) -> auto& { return o.samples; },
+                        {.domain = wholeRange(2, 256),
+                         .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
+       row<BuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
+                        {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
+                         .help = "cells of a view map along each side"}),
+       row<BuildChoice>(
+           "terms", [](auto& o) -> auto& { return o.options.terms; },
+           {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
+       row<BuildChoice>(
+           "vq", [](auto& o) -> auto& { return o.codebookRatio; },
+           {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
+       row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
+                        {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})});
+  return rows;
 }
 
 method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
@@ -68,7 +61,8 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   const Stopwatch watch;
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   MapBuildOptions options = choice.options;
-  options.mesh.triangles = choice.triangles.value_or(0);
+  options.mesh = {choice.mesh.hull, choice.mesh.triangles.value_or(0)};
+  options.visible = choice.mesh.visible;
   options.samples = choice.samples.value_or(0);
   lightfield::Views views = lightfield::viewsOf(input, progress, true);
   MapBuildReport report;

@@ -4,6 +4,7 @@
 #include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_renderer.h"
 #include "render/lightfield/olf/build.h"
+#include "render/lightfield/olf/mesh_rows.h"
 #include "render/lightfield/olf/opacity_file.h"
 #include "render/lightfield/olf/opacity_frame.h"
 #include "surfel/base/hash.h"
@@ -25,25 +26,15 @@ using method::row, method::words, method::wholeRange, method::Setting, method::O
 
 struct BuildChoice {
   BuildOptions options = {};
-  std::optional<size_t> triangles;
+  MeshOptions mesh = {};
   size_t budgetMb = 1024;
 };
 
 method::Rows<BuildChoice> buildRows(Method method) {
-  method::Rows<BuildChoice> rows{
-      row<BuildChoice>("hull", [](auto& o) -> auto& { return o.options.hull; },
-                       {.help = "an opacity hull from the views' alpha, instead of the capture's mesh"}),
-      row<BuildChoice>("triangles", [](auto& o) -> auto& { return o.triangles; },
-                       {.domain = wholeRange(4, 2147483648),
-                        .help = "simplify to so many triangles that enclose the mesh; default: as it is"}),
-      row<BuildChoice>(
-          "visible", [](auto& o) -> auto& { return o.options.visible; },
-          {.domain = words({"ring", "all"}),
-           .help = "views of a vertex: those that see all triangles around it (ring), or all, hidden or not; "
-                   "default: all for an opacity hull, ring for a mesh"}),
-      row<BuildChoice>(
-          "budget_mb", [](auto& o) -> auto& { return o.budgetMb; },
-          {.domain = wholeRange(1, 1 << 20), .help = "MiB of the views; larger ones are scaled down"})};
+  method::Rows<BuildChoice> rows = meshRows<BuildChoice>();
+  rows.push_back(row<BuildChoice>(
+      "budget_mb", [](auto& o) -> auto& { return o.budgetMb; },
+      {.domain = wholeRange(1, 1 << 20), .help = "MiB of the views; larger ones are scaled down"}));
   if (method == Method::vdtm)
     rows.push_back(row<BuildChoice>(
         "domain", [](auto& o) -> auto& { return o.options.domain; },
@@ -59,7 +50,9 @@ method::BuildReport buildModel(Method method, const method::BuildInput& input, c
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(method), setting);
   BuildOptions options = choice.options;
   options.method = method;
-  options.triangles = choice.triangles.value_or(0);
+  options.hull = choice.mesh.hull;
+  options.triangles = choice.mesh.triangles.value_or(0);
+  options.visible = choice.mesh.visible;
   options.budget = choice.budgetMb << 20;
   lightfield::Views views = lightfield::viewsOf(input, progress, true);
   const BuildReport report = build(views, options, input.output, progress);
