@@ -1,14 +1,12 @@
 #include "apps/method_options.h"
-#include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/scene/scene.h"
-#include "render/stage/stage_capture.h"
-#include "render/stage/stage_source.h"
+#include "render/stage/stage_pictures.h"
 #include "render/surfels/surfel_method.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/memory_use.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/memory.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 

@@ -1,13 +1,11 @@
-#include "apps/capture_argument.h"
+#include "apps/command.h"
 #include "apps/help.h"
 #include "apps/method_options.h"
-#include "apps/option_values.h"
 #include "apps/terminal.h"
-#include "render/chart/chart_files.h"
 #include "render/chart/make_chart.h"
 #include "render/chart/subject.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>

@@ -1,8 +1,10 @@
 // A subcommand of `surflect`: its options, and its work once they are parsed.
 #pragma once
 
+#include "apps/terminal.h"
+#include "srf/capture/capture.h"
 #include "surfel/base/error.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -52,5 +54,29 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);
 void addVerifyCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
+
+// Argument of commands that read a capture.
+inline void addAllowOutside(CLI::App& command, capture::PathRule& outside) {
+  command.add_flag_callback(
+      "--allow-outside", [&outside] { outside = capture::PathRule::anywhere; },
+      "the capture may name files outside of its folder");
+}
+
+struct CaptureArgument {
+  std::string path;
+  capture::PathRule outside = capture::PathRule::inside;
+
+  // Reads the capture and prints the notes on how it was understood.
+  capture::Capture read() const {
+    capture::Capture capture = capture::readCapture(path, outside);
+    for (const std::string& note : capture.notes) say(note);
+    return capture;
+  }
+};
+
+inline void addCaptureArgument(CLI::App& command, CaptureArgument& argument) {
+  command.add_option("capture", argument.path, "folder with transforms.json, or a JSON file")->required();
+  addAllowOutside(command, argument.outside);
+}
 
 } // namespace surflect

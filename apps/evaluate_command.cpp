@@ -1,13 +1,11 @@
-#include "apps/capture_argument.h"
+#include "apps/command.h"
 #include "apps/method_options.h"
-#include "apps/option_values.h"
 #include "apps/terminal.h"
+#include "render/evaluation/diagnostics.h"
 #include "render/evaluation/evaluate.h"
-#include "render/evaluation/rank_correlation.h"
-#include "render/evaluation/sparsification.h"
 #include "render/evaluation/true_frames.h"
 #include "render/method/timed_renderer.h"
-#include "render/scene/environment_files.h"
+#include "render/scene/scene.h"
 #include "surfel/math/median.h"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
 #include "apps/film_quality.h"
 
-#include "apps/option_values.h"
-#include "render/control/relative_error.h"
-#include "surfel/base/message_text.h"
-#include "surfel/base/stopwatch.h"
+#include "apps/method_options.h"
+#include "render/control/knob_effects.h"
+#include "surfel/base/text.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
 #include "apps/fixed_light.h"
 
-#include "apps/capture_argument.h"
-#include "apps/option_values.h"
+#include "apps/command.h"
+#include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "render/scene/scene.h"
-#include "surfel/base/memory_use.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/memory.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 #include "apps/command.h"
-#include "apps/option_values.h"
+#include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "srf/import/import.h"
 

@@ -1,6 +1,6 @@
-#include "apps/capture_argument.h"
-#include "apps/findings.h"
-#include "apps/option_values.h"
+#include "apps/command.h"
+#include "apps/method_options.h"
+#include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/evaluation/contact_sheet.h"
 #include "render/methods.h"
@@ -10,7 +10,7 @@
 #include "srf/model/pack_folder.h"
 #include "srf/proxy/impostor.h"
 #include "surfel/base/error.h"
-#include "surfel/base/replaceable.h"
+#include "surfel/base/folder.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 #include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "srf/image/exr.h"
-#include "surfel/base/nearest_name.h"
+#include "surfel/base/text.h"
 #include "surfel/base/version.h"
 
 #include <fmt/format.h>

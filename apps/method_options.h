@@ -4,6 +4,9 @@
 #include "apps/command.h"
 #include "render/methods.h"
 
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <span>
@@ -12,6 +15,25 @@
 #include <vector>
 
 namespace surflect {
+
+// Validators for option values; a violation is a usage error.
+
+// Finite numbers in a range; CLI::Range alone accepts NaN.
+CLI::Validator finiteIn(double least, double most);
+
+// Whole numbers in a range. Signed, so that negative input is not wrapped around.
+inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }
+
+// Adds --simd.
+void addSimd(CLI::App& command);
+
+// Frame number of a script, possibly between two frames.
+inline CLI::Validator frameNumber() { return finiteIn(-1e9, 1e9); }
+
+// Path to write to; rejects empty names, such as those of unset shell variables.
+inline CLI::Validator notEmpty() {
+  return {[](const std::string& text) -> std::string { return text.empty() ? "An empty name" : ""; }, "", ""};
+}
 
 // A mistake on the command line that can be found only when a model is known: the program exits with 2.
 class UsageError : public Error {

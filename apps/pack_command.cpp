@@ -1,8 +1,6 @@
-#include "apps/capture_argument.h"
-#include "apps/findings.h"
+#include "apps/command.h"
 #include "apps/fixed_light.h"
 #include "apps/method_options.h"
-#include "apps/option_values.h"
 #include "apps/pack_report.h"
 #include "apps/terminal.h"
 #include "render/lightfield/common/light_field_folder.h"
@@ -11,7 +9,7 @@
 #include "srf/model/pack.h"
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/memory_use.h"
+#include "surfel/base/memory.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

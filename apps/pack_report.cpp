@@ -1,7 +1,7 @@
 #include "apps/pack_report.h"
 
 #include "apps/terminal.h"
-#include "surfel/base/memory_use.h"
+#include "surfel/base/memory.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,31 @@
 #include <vector>
 
 namespace surflect {
+
+namespace {
+
+const char* nameOf(validation::Finding::Severity severity) {
+  return severity == validation::Finding::Severity::error ? "error" : "warning";
+}
+
+} // namespace
+
+void announce(std::span<const validation::Finding> findings) {
+  for (const validation::Finding& finding : findings)
+    say(fmt::format("{}: {}", nameOf(finding.severity), finding.text));
+}
+
+Json jsonOf(std::span<const validation::Finding> findings) {
+  Json list = Json::array();
+  for (const validation::Finding& finding : findings)
+    list.push_back({{"severity", nameOf(finding.severity)}, {"text", finding.text}});
+  return list;
+}
+
+size_t countErrors(std::span<const validation::Finding> findings) {
+  return static_cast<size_t>(
+      std::ranges::count(findings, validation::Finding::Severity::error, &validation::Finding::severity));
+}
 
 namespace {
 

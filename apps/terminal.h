@@ -1,7 +1,7 @@
 // Messages for people, on stderr; stdout is for the report.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <string_view>
 

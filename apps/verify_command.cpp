@@ -1,6 +1,5 @@
-#include "apps/capture_argument.h"
+#include "apps/command.h"
 #include "apps/method_options.h"
-#include "apps/option_values.h"
 #include "apps/terminal.h"
 #include "render/film/shot_renderer.h"
 #include "render/surfels/surfel_method.h"
@@ -9,10 +8,9 @@
 #include "render/verify/page.h"
 #include "srf/image/png.h"
 #include "srf/model/manifest.h"
-#include "surfel/base/evenly_spaced.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 

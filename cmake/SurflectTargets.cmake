@@ -108,7 +108,7 @@ function(surflect_shaders target)
 "// Shaders of ${folder}.
 #pragma once
 
-#include \"render/gl/shader_file.h\"
+#include \"render/gl/program.h\"
 
 namespace surflect::${namespace} {
 

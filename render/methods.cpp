@@ -11,8 +11,8 @@
 #include "srf/model/manifest.h"
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/nearest_name.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/text.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

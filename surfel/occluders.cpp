@@ -1,7 +1,7 @@
 #include "surfel/occluders.h"
 
+#include "surfel/cloud.h"
 #include "surfel/math/median.h"
-#include "surfel/tangent_frame.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "surfel/sampling.h"
 
-#include "surfel/base/up_to.h"
+#include "surfel/base/text.h"
 #include "surfel/geometry/neighbors.h"
 #include "surfel/geometry/smooth_normals.h"
 

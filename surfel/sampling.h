@@ -1,7 +1,7 @@
 // Samples a mesh evenly by surfels.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 #include "surfel/geometry/mesh.h"
 

@@ -1,7 +1,7 @@
 // Applies a warp to a surfel cloud or to a mesh.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 #include "surfel/geometry/mesh.h"
 #include "warp/warp.h"

@@ -3,7 +3,7 @@
 // not depend on its neighbours.
 #pragma once
 
-#include "warp/warp_batch.h"
+#include "warp/warp.h"
 
 #include <cstdint>
 
@@ -15,7 +15,7 @@ constexpr int kWarpGroup = 8; // maximum number of points in lanes
 // tangents d to J d, and multiply its determinant by det J. Parameters are those in warp.cpp; vectors are 3
 // doubles.
 
-// Fills the batch with `count` points, from positions p0 and tangent frames r0 (tangent_frame.h), 3 floats
+// Fills the batch with `count` points, from positions p0 and tangent frames r0 (cloud.h), 3 floats
 // each. Determinants are 1.
 void beginBatch(const float* p0, const float* r0, int count, WarpBatch&);
 

@@ -3,6 +3,7 @@
 
 #include "surfel/base/error.h"
 #include "surfel/geometry/textured_mesh.h"
+#include "warp/gltf_document.h"
 #include "warp/skeleton.h"
 
 #include <filesystem>
@@ -39,5 +40,10 @@ struct GltfMesh {
 // All meshes of all nodes, placed by the nodes, in the file's axes; skinned ones in bind pose. Errors as for
 // readGltf, but any number of skins is allowed, and they are ignored.
 GltfMesh readGltfMesh(const std::filesystem::path& path);
+
+// Animations of a glTF file, as far as they move a skin.
+
+// Animations in the file's order. A fault in an animation does not throw; the animation keeps it.
+std::vector<GltfAnimation> readAnimations(GltfDocument& document, const Skeleton& skeleton);
 
 } // namespace surflect::warp

@@ -1,9 +1,7 @@
 #include "warp/gltf_document.h"
 
-#include "surfel/base/endian.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,6 @@
 #include "warp/mesh_field.h"
 
 #include "surfel/base/error.h"
-#include "warp/ball_tree.h"
 
 #include <algorithm>
 #include <cassert>

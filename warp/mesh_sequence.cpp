@@ -2,7 +2,6 @@
 
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 
 #include <charconv>
 #include <optional>

@@ -6,15 +6,13 @@
 // A whole warp maps acquisition space to object space; deform.h has the types. Links of a chain meet in
 // intermediate spaces, so warps themselves use bare vectors, in scene units.
 //
-// A new warp also gets a struct of tracks in motion.h and an entry in render/scene/script_warps.cpp
+// A new warp also gets a struct of tracks in motion.h and an entry in render/scene/script.cpp
 // (docs/adding.md).
 #pragma once
 
-#include "surfel/math/angle.h"
 #include "surfel/math/space.h"
 #include "warp/expression.h"
 #include "warp/track.h"
-#include "warp/warp_batch.h"
 
 #include <array>
 #include <memory>
@@ -23,6 +21,19 @@
 #include <vector>
 
 namespace surflect::warp {
+
+// Batch of points that pass through a warp.
+
+// Positions, tangents u and v, and the determinant of the Jacobian so far; structure of arrays. The first
+// `count` entries are valid; entries beyond may be computed but are undefined.
+struct WarpBatch {
+  static constexpr int capacity = 128; // fits the first cache; a multiple of all lanes
+  int count = 0;
+  alignas(64) double x[capacity], y[capacity], z[capacity];
+  alignas(64) double ux[capacity], uy[capacity], uz[capacity];
+  alignas(64) double vx[capacity], vy[capacity], vz[capacity];
+  alignas(64) double determinant[capacity];
+};
 
 // All functions are thread-safe and never throw. Where the warp has no value the result is not finite.
 class Warp {

@@ -1,5 +1,5 @@
 // Alternative maps of directions from a warped surface point back to acquisition space, beside the program's
-// own (surfel/look_up.h).
+// own (surfel/cloud.h).
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // Symbols: R0 = (u0, v0, n0) the frame at rest; J the Jacobian of the warp; (u, v, w) = J R0;
@@ -8,7 +8,7 @@
 
 #include "render/method/renderer.h"
 #include "srf/model/model.h"
-#include "surfel/look_up.h"
+#include "surfel/cloud.h"
 
 #include <memory>
 #include <optional>

@@ -1,7 +1,7 @@
 // Terms of the predicted error (render/surfels/predicted_error.h) beside the true error, tile by tile, in
 // test frames of a capture: what scripts/confidence fits.
 #include "bench/accuracy/program.h"
-#include "render/evaluation/tile_errors.h"
+#include "render/evaluation/evaluate.h"
 #include "render/evaluation/true_frames.h"
 #include "render/surfels/frame.h"
 #include "srf/model/model.h"

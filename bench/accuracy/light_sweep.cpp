@@ -9,7 +9,7 @@
 #include "render/film/frame_file.h"
 #include "render/surfels/frame.h"
 #include "srf/capture/photograph.h"
-#include "srf/image/over_black.h"
+#include "srf/image/image.h"
 #include "srf/model/model.h"
 #include "surfel/base/error.h"
 

@@ -5,7 +5,7 @@
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
 #include "srf/model/model.h"
-#include "surfel/math/angle.h"
+#include "surfel/math/space.h"
 
 #include <filesystem>
 #include <span>

@@ -4,8 +4,7 @@
 #include "bench/accuracy/program.h"
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
-#include "srf/image/over_black.h"
-#include "srf/image/percentile.h"
+#include "srf/image/image.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>

@@ -4,11 +4,10 @@
 // some frames.
 #include "render/control/controller.h"
 #include "render/control/knob_effects.h"
-#include "render/control/relative_error.h"
 #include "render/film/shot_renderer.h"
 #include "render/methods.h"
 #include "surfel/base/error.h"
-#include "surfel/base/processor_time.h"
+#include "surfel/base/time.h"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 
 #include "srf/capture/camera.h"
 #include "srf/weights/visibility_weights.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 
 #include <cstddef>

@@ -4,7 +4,7 @@
 #include "srf/capture/capture.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"
-#include "srf/image/over_black.h"
+#include "srf/image/image.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Flies a spherical light field along a script's frames, and compares the predicted time of each with its
 // true one [Domingo 2007, Figs. 5 and 6]; prints JSON on stdout. scripts/light_fields writes the tables of
 // docs/results/.
-#include "render/lightfield/spherical/open_flight.h"
+#include "render/lightfield/spherical/flight.h"
 #include "render/scene/scene.h"
 #include "surfel/base/error.h"
 #include "surfel/math/median.h"

@@ -5,7 +5,7 @@
 #include "render/chart/chart.h"
 #include "render/method/renderer.h"
 #include "srf/capture/capture.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <filesystem>
 #include <functional>
@@ -49,5 +49,16 @@ struct ChartOptions {
 Chart makeChart(const std::vector<std::filesystem::path>& models, const capture::Capture& capture,
                 const std::optional<BentTruth>& bent, const std::filesystem::path& folder,
                 const ChartOptions& options, const Progress& progress);
+
+// Files of a chart, for programs.
+
+// A table with one row per point; names of columns end in their unit. Figures that a point lacks are empty.
+std::string csvOf(const Chart& chart);
+
+// Everything but the pictures.
+std::string jsonOf(const Chart& chart);
+
+// Writes chart.csv, chart.json and index.html, each atomically, into a folder that exists. Throws Error.
+void writeChart(const Chart& chart, const std::filesystem::path& folder);
 
 } // namespace surflect::chart

@@ -5,7 +5,7 @@
 #include "srf/image/png.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
-#include "surfel/base/hash.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <array>

@@ -1,12 +1,12 @@
 #include "render/chart/subject.h"
 
 #include "render/chart/front.h"
-#include "render/chart/settings.h"
+#include "render/chart/measurements.h"
 #include "render/methods.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/memory_use.h"
+#include "surfel/base/memory.h"
 #include "surfel/base/version.h"
 
 #include <fmt/format.h>

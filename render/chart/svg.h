@@ -3,7 +3,7 @@
 // Positions are in the user units of the SVG; y points down. Classes name rules of the page's style sheet.
 #pragma once
 
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <array>
 #include <cstddef>

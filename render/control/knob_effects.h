@@ -9,6 +9,7 @@
 #pragma once
 
 #include "render/method/option.h"
+#include "srf/image/image.h"
 
 #include <cmath>
 #include <cstddef>
@@ -16,6 +17,12 @@
 #include <vector>
 
 namespace surflect::control {
+
+// Error of a picture relative to its reference, in linear light.
+
+// sqrt(sum |a - b|^2 / sum |b|^2) over red, green and blue of all pixels, for pictures of the same size with
+// at least three channels. 0 if both are equal, infinite if only b is black.
+double relativeRms(const image::Image& a, const image::Image& b);
 
 // A step of each knob.
 using Steps = std::vector<size_t>;

@@ -1,9 +1,87 @@
 // Contact sheet: overlays of many photographs in one image.
 #pragma once
 
-#include "render/evaluation/overlay.h"
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "srf/image/image_file.h"
+#include "srf/image/mask.h"
+#include "srf/image/resize.h"
+#include "surfel/base/time.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/geometry/ray_caster.h"
+#include "surfel/math/rgb.h"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace surflect::evaluation {
+
+// Short texts on images, in a bitmap font of 5 x 8 pixels.
+
+// Size of a character at scale 1, including the space to its neighbours.
+inline constexpr int kLabelAdvance = 6, kLabelHeight = 8; // pixels
+
+// Draws text with its upper left corner at (x, y), magnified by `scale`; parts outside the image are clipped.
+// Characters other than printable ASCII become a box. The image has three channels in the encoding of
+// `color`. Returns the x at which further text would begin.
+int drawLabel(image::Image& image, int x, int y, std::string_view text, Rgb color, int scale);
+
+// Overlay of geometry on the photographs that it must fit: outlines, and the same view of the geometry as a
+// white Lambert surface under the stated light. Shows a wrong axis, unit or light at a glance.
+
+// A mesh as a white Lambert surface, smooth across edges of less than 45 degrees.
+class WhiteSurface {
+public:
+  explicit WhiteSurface(const TriangleMesh& mesh);
+
+  struct Seen {
+    Rgb radiance;
+    bool isBack; // true for the back of a triangle
+  };
+  // First hit of a ray: radiance irradiance / pi  max(0, n . l), 0 in the mesh's own shadow and on backs.
+  // Without a light, the viewer at `origin` holds one of irradiance 1.
+  std::optional<Seen> seen(const Point3<AcquisitionSpace, double>& origin,
+                           const Direction3<AcquisitionSpace, double>& direction,
+                           const capture::Light* light) const;
+
+  const RayCaster<AcquisitionSpace>& rays() const { return rays_; }
+
+private:
+  RayCaster<AcquisitionSpace> rays_;
+  std::vector<Vec3<float>> faceNormals_;   // unit
+  std::vector<Vec3<float>> cornerNormals_; // unit, three per triangle
+};
+
+// A view to be shown, independent of the light.
+struct OverlayView {
+  capture::Camera<AcquisitionSpace> camera;
+  image::Mask silhouette;    // geometry, in photograph pixels
+  image::PixelWindow window; // visible part of the photograph
+  image::PictureSize size;   // size of the overlay's images
+};
+
+// One photograph with the geometry. All images have the view's size.
+struct Overlay {
+  std::string camera, light;    // identities; no light means fixed illumination, with the light at the viewer
+  image::Image photograph;      // RGB radiance
+  image::Image geometry;        // RGBA radiance of the white surface, premultiplied
+  image::Image geometryOutline; // coverage of each pixel by a line along the geometry's silhouette
+  image::Image maskOutline;     // as geometryOutline, for the mask; empty if there is none
+  std::optional<double> maskIou; // intersection over union of mask and silhouette
+  double shadingCorrelation = 0; // between lumas of photograph and white surface, inside both
+  double backShare = 0; // fraction of the visible geometry that is back-facing; large for a mesh inside out
+};
+
+// Overlays the geometry on a photograph. radiance: 3 channels; mask: 1 channel, or null; light: null for
+// fixed illumination. Costs 9 rays and 9 shadow rays per pixel. The caller fills in the names.
+Overlay overlayOf(const OverlayView& view, const capture::Light* light, const image::Image& radiance,
+                  const image::Image* mask, const WhiteSurface& surface, const Progress& progress);
+
+// Pearson's correlation of two spans of equal length; 0 if they are empty or one is constant.
+double correlation(std::span<const double> a, std::span<const double> b);
 
 // Selects up to `count` frames, spread evenly over views and lights, in their order.
 std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count);

@@ -1,15 +1,113 @@
 #include "render/evaluation/evaluate.h"
 
-#include "render/evaluation/lambert_view.h"
+#include "render/evaluation/measure.h"
 #include "render/evaluation/true_frames.h"
 #include "srf/capture/origin.h"
+#include "srf/capture/photograph.h"
+#include "srf/image/image.h"
+#include "srf/image/mask.h"
 #include "surfel/base/error.h"
 
 #include <algorithm>
+#include <cassert>
+#include <cmath>
 #include <optional>
 #include <set>
+#include <span>
+#include <utility>
 
 namespace surflect::evaluation {
+
+namespace {
+
+bool isSame(const capture::View& a, const capture::View& b) {
+  const auto &p = a.camera.cameraFromWorld, &q = b.camera.cameraFromWorld;
+  return a.identity == b.identity && a.camera.lens == b.camera.lens && p.rotation() == q.rotation() &&
+         p.translation() == q.translation();
+}
+
+} // namespace
+
+LambertView::LambertView(const capture::Capture& training, const capture::View& view,
+                         const image::Image& object, const Progress& progress)
+    : camera_(view.camera) {
+  std::vector<size_t> frames;
+  std::vector<capture::Light> lights;
+  for (size_t i = 0; i < training.frames.size(); ++i)
+    if (const capture::Frame& frame = training.frames[i];
+        frame.light && isSame(training.views[frame.view], view)) {
+      frames.push_back(i);
+      lights.push_back(training.lights[*frame.light]);
+    }
+  capture::ViewPhotographs photographs = capture::readViewPhotographs(training, frames, progress);
+  alpha_ = photographs.hasMatte ? std::move(photographs.alpha) : image::Image(object.width, object.height, 1);
+  if (!photographs.hasMatte)
+    for (size_t i = 0; i < alpha_.values.size(); ++i)
+      alpha_.values[i] = object.values[(i + 1) * static_cast<size_t>(object.channels) - 1];
+  image::Mask shown(alpha_.width, alpha_.height);
+  std::ranges::transform(alpha_.values, shown.inside.begin(), [](float alpha) { return alpha > 0; });
+  try {
+    fits_ = relief::fitLambert(camera_, lights, photographs.radiance, shown, progress);
+  } catch (Error& error) {
+    throw std::move(error).at("the Lambert baseline of " + view.identity).in(training.file);
+  }
+}
+
+image::Image LambertView::under(const capture::Light& light) const {
+  return image::overBlack(relief::relit(fits_, camera_, light), alpha_);
+}
+
+namespace {
+
+double square(double x) { return x * x; }
+
+// Mean square of three channels.
+double meanSquare(std::span<const float> a) { return (square(a[0]) + square(a[1]) + square(a[2])) / 3; }
+double meanSquare(std::span<const float> a, std::span<const float> b) {
+  return (square(double{a[0]} - b[0]) + square(double{a[1]} - b[1]) + square(double{a[2]} - b[2])) / 3;
+}
+
+} // namespace
+
+TileErrors relativeErrors(const TileErrors& tiles) {
+  TileErrors relative;
+  for (size_t tile = 0; tile < tiles.measured.size(); ++tile) {
+    const double brightness = tiles.brightness[tile];
+    if (!(brightness > 0)) continue;
+    relative.measured.push_back(tiles.measured[tile] / brightness);
+    relative.predicted.push_back(tiles.predicted[tile] / brightness);
+    relative.brightness.push_back(1);
+  }
+  return relative;
+}
+
+TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,
+                      double exposure) {
+  assert(predicted.channels == 1 && predicted.width == truth.width && predicted.height == truth.height);
+  const image::Mask object =
+      validPart(image::unionOf(image::objectMask(truth), image::objectMask(rendered)), truth);
+  const image::Image a = applyExposure(truth, exposure), b = applyExposure(rendered, exposure);
+  TileErrors tiles;
+  for (int top = 0; top < truth.height; top += kTileSize)
+    for (int left = 0; left < truth.width; left += kTileSize) {
+      double measured = 0, expected = 0, brightness = 0, count = 0;
+      for (int y = top; y < std::min(top + kTileSize, truth.height); ++y)
+        for (int x = left; x < std::min(left + kTileSize, truth.width); ++x) {
+          const auto pixel =
+              static_cast<size_t>(y) * static_cast<size_t>(truth.width) + static_cast<size_t>(x);
+          if (!object.inside[pixel]) continue;
+          measured += meanSquare(a.at(x, y), b.at(x, y));
+          brightness += meanSquare(b.at(x, y));
+          expected += square(exposure * predicted.values[pixel]);
+          ++count;
+        }
+      if (count < kTileCover * kTileSize * kTileSize) continue;
+      tiles.measured.push_back(std::sqrt(measured / count));
+      tiles.predicted.push_back(std::sqrt(expected / count));
+      tiles.brightness.push_back(std::sqrt(brightness / count));
+    }
+  return tiles;
+}
 
 namespace {
 

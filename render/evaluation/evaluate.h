@@ -2,10 +2,12 @@
 #pragma once
 
 #include "render/evaluation/measure.h"
-#include "render/evaluation/tile_errors.h"
 #include "render/method/renderer.h"
 #include "render/scene/scene.h"
-#include "surfel/base/progress.h"
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "srf/proxy/relief/photometric.h"
+#include "surfel/base/time.h"
 
 #include <map>
 #include <optional>
@@ -14,13 +16,59 @@
 
 namespace surflect::evaluation {
 
+// Lambert baseline: albedo and normals fitted to the training photographs of one camera.
+class LambertView {
+public:
+  // Fits the training photographs taken from `view`, under directional or point lights. The last channel of
+  // `object` is the view's alpha, used if the photographs have no matte. Throws Error if there are no such
+  // photographs or their lights do not determine normals, and Cancelled.
+  LambertView(const capture::Capture& training, const capture::View& view, const image::Image& object,
+              const Progress& progress);
+
+  // Renders the view under another light: RGBA, premultiplied.
+  image::Image under(const capture::Light& light) const;
+
+private:
+  capture::Camera<AcquisitionSpace> camera_;
+  image::Image alpha_; // 1 channel
+  relief::LambertImage fits_;
+};
+
+// True and predicted errors of a picture, tile by tile, by which a prediction of errors is judged.
+inline constexpr int kTileSize = 16; // pixels
+// Least part of a tile that object pixels of either image cover.
+inline constexpr double kTileCover = 0.25;
+
+// Root mean squares over the object pixels of each tile, in row order.
+struct TileErrors {
+  std::vector<double> measured, predicted; // errors
+  std::vector<double> brightness;          // of the rendered colour: the simplest prediction
+
+  TileErrors& operator+=(const TileErrors& other) {
+    measured.insert(measured.end(), other.measured.begin(), other.measured.end());
+    predicted.insert(predicted.end(), other.predicted.begin(), other.predicted.end());
+    brightness.insert(brightness.end(), other.brightness.begin(), other.brightness.end());
+    return *this;
+  }
+};
+
+// Errors divided by brightness, for the tiles that are not black. They show what a prediction knows beyond
+// "brighter is worse".
+TileErrors relativeErrors(const TileErrors& tiles);
+
+// Tile errors by the protocol of measure.h, in linear light: `truth` and `rendered` are linear RGBA,
+// premultiplied; `predicted` is the RMS error of each pixel over its three channels, before the exposure. All
+// have one size.
+TileErrors tileErrors(const image::Image& truth, const image::Image& rendered, const image::Image& predicted,
+                      double exposure);
+
 struct EvaluateOptions {
   capture::Split split = capture::Split::test;
   std::vector<scene::ShotLight> lights = {}; // light photographs that name no light, as new lights
   // Renderers of the same model that are scored by the same protocol, by name.
   std::map<std::string, method::Renderer*> others = {};
   // Whether to score, under the name "lambert", a Lambert surface fitted to the training photographs of the
-  // frame's own camera; see lambert_view.h.
+  // frame's own camera.
   bool lambert = false;
   // Whether to compare the renderer's AOV predicted_error, which it must have, with the true errors.
   bool confidence = false;

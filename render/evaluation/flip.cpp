@@ -6,7 +6,7 @@
 //   dE_c     colour difference, 0..1                 dE_f   feature difference, 0..1
 #include "render/evaluation/flip.h"
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 
 #include <tbb/parallel_for.h>
 

@@ -5,7 +5,7 @@
 #include "render/scene/scene.h"
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <memory>
 #include <span>

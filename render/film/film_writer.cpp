@@ -1,6 +1,6 @@
 #include "render/film/film_writer.h"
 
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <tbb/parallel_invoke.h>
 

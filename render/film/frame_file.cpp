@@ -1,9 +1,9 @@
 #include "render/film/frame_file.h"
 
+#include "srf/image/color.h"
 #include "srf/image/exr.h"
-#include "srf/image/percentile.h"
+#include "srf/image/image.h"
 #include "srf/image/png.h"
-#include "srf/image/srgb_bytes.h"
 #include "surfel/base/file.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // Frames as files.
 #pragma once
 
-#include "render/method/frame_layers.h"
-#include "surfel/base/progress.h"
+#include "render/method/renderer.h"
+#include "surfel/base/time.h"
 
 #include <filesystem>
 #include <map>

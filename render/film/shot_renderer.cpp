@@ -2,7 +2,7 @@
 
 #include "render/film/frame_file.h"
 #include "surfel/base/error.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 //   colours  linear; an sRGB texture encodes and decodes them
 #pragma once
 
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <memory>
 #include <string>

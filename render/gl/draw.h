@@ -1,11 +1,10 @@
 // Drawing. A draw depends on its arguments alone, not on what was drawn before.
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
-#include "render/gl/rect.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
 
 #include <array>
 #include <cstddef>

@@ -1,8 +1,7 @@
 // Framebuffers: textures that are drawn into.
 #pragma once
 
-#include "render/gl/handle.h"
-#include "render/gl/rect.h"
+#include "render/gl/buffers.h"
 #include "render/gl/texture.h"
 
 #include <Eigen/Core>
@@ -13,6 +12,13 @@
 #include <vector>
 
 namespace surflect::gl {
+
+// Rectangles of pixels.
+
+// Pixels [x, x + width) x [y, y + height); row 0 is the top of the picture.
+struct Rect {
+  int x = 0, y = 0, width = 0, height = 0;
+};
 
 // A plain texture, or one layer of an array texture.
 struct Attachment {

@@ -3,7 +3,6 @@
 #include "render/gl/context.h"
 #include "srf/image/color.h"
 #include "srf/image/half_float.h"
-#include "srf/image/srgb_bytes.h"
 
 #include <epoxy/gl.h>
 

@@ -1,7 +1,7 @@
 // Textures, and pictures to and from them.
 #pragma once
 
-#include "render/gl/handle.h"
+#include "render/gl/buffers.h"
 #include "srf/image/image.h"
 
 #include <cstddef>

@@ -6,7 +6,7 @@
 #include "render/method/option.h"
 #include "render/method/renderer.h"
 #include "srf/capture/capture.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstdint>
 #include <filesystem>

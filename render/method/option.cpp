@@ -1,7 +1,7 @@
 #include "render/method/option.h"
 
 #include "surfel/base/error.h"
-#include "surfel/base/nearest_name.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

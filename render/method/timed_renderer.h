@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/method/renderer.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <map>
 #include <memory>

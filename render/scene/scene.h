@@ -1,13 +1,14 @@
 // The script at one time: camera, lights and warp as plain values, without any knowledge of a renderer.
 #pragma once
 
-#include "render/scene/environment_files.h"
 #include "render/scene/script.h"
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
+#include "surfel/base/time.h"
 #include "surfel/math/rgb.h"
 #include "warp/warp.h"
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -15,6 +16,17 @@
 #include <vector>
 
 namespace surflect::scene {
+
+// The environments of a script: their pixels, read once for all frames of a shot.
+struct Environment {
+  std::filesystem::path image;
+  std::shared_ptr<const weights::EnvironmentMap> map; // never null
+  uint64_t hash = 0;                                  // of the texels
+  double seconds = 0;                                 // taken by reading
+};
+
+// One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.
+std::vector<Environment> readEnvironments(const Script& script, const Progress& progress);
 
 // t and s are 0 where the script has no [frames].
 warp::ShotTime shotTime(const Script& script, double frame);

@@ -4,6 +4,7 @@
 // expression in t, frame and s (warp/track.h).
 #pragma once
 
+#include "render/scene/script_fields.h"
 #include "srf/weights/environment_map.h"
 #include "srf/weights/fades.h"
 #include "warp/motion.h"
@@ -18,6 +19,11 @@
 #include <vector>
 
 namespace surflect::scene {
+
+// The [[warp]] tables of a script.
+
+// Warps in the order of their tables; empty without an entry. Throws Error at the field.
+std::vector<warp::WarpMotion> asWarps(const std::optional<Entry>& entry);
 
 struct Frames {
   int first = 1, last = 1; // 0 <= first <= last <= 1000000

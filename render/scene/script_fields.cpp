@@ -1,7 +1,6 @@
 #include "render/scene/script_fields.h"
 
-#include "render/scene/shallow_toml.h"
-#include "surfel/base/nearest_name.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>

@@ -1,7 +1,7 @@
 #include "render/scene/turntable.h"
 
-#include "surfel/math/angle.h"
 #include "surfel/math/median.h"
+#include "surfel/math/space.h"
 
 #include <fmt/format.h>
 

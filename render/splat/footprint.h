@@ -16,7 +16,7 @@ constexpr double kMaxSurfaceDeviation = 0.15;
 // Largest difference in depth between splats of one plane, in standard deviations.
 constexpr double kDepthSigmas = 2;
 
-// Covered area of a pixel from which it is fully opaque; see saturated() in pixel_layers.h. Opacity is
+// Covered area of a pixel from which it is fully opaque; see saturated() in raster_tile.h. Opacity is
 // symmetric about an area of 1/2, so that outlines stay in place, and flat at both ends, so that the ripple
 // of the sum leaves no holes, and stray tails of splats leave no haze. It reaches 1 at 0.71 standard
 // deviations inside a straight border; two pixels inside an outline the area can be as low as 0.74, where

@@ -156,7 +156,7 @@ struct FirstLayer {
   }
 };
 
-// Finds the first layer of each pixel of a block without sorting; layersOf in pixel_layers.h defines layers.
+// Finds the first layer of each pixel of a block without sorting; layersOf in raster_tile.h defines layers.
 // If the depth intervals of all fragments have a common point, there is one layer; if the first layer fills
 // the pixel, nothing behind it matters. The caller sorts the fragments of the remaining pixels.
 void resolveBlock(const TileSplats& tile, int block, int width, int height, bool searchLayers,

@@ -7,10 +7,10 @@
 
 #include "render/splat/raster_tile.h"
 #include "render/splat/splat.h"
-#include "render/splat/tile_bins.h"
+#include "render/splat/splat_kernels.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
-#include "surfel/base/scratch_buffer.h"
+#include "surfel/base/memory.h"
+#include "surfel/base/time.h"
 
 #include <cassert>
 #include <cstdint>
@@ -18,6 +18,38 @@
 #include <vector>
 
 namespace surflect::splat {
+
+// Bins projected splats by the tiles that they touch.
+
+// Numbers of splats drawn, and of splats rejected for each reason (Rejection).
+struct SplatCounts {
+  size_t drawn = 0, dead = 0, notFinite = 0, backFacing = 0, tooNear = 0, outside = 0;
+};
+
+// Tiles under a splat: from (x0, y0) to (x1, y1), both included.
+struct TileRange {
+  uint16_t x0, y0, x1, y1;
+};
+
+struct TileBins {
+  SplatCounts counts;
+  ScratchBuffer<ScreenSplat> screen; // drawn splats, with gaps
+  ScratchBuffer<TileRange> ranges;   // tiles of each drawn splat, so that filling need not read splats again
+  ScratchBuffer<uint32_t> entries;   // indices in `screen`, tile by tile, each in the order of the cloud
+  std::vector<size_t> begin;
+  std::vector<uint32_t> counters; // working memory of the sort
+
+  std::span<const uint32_t> of(size_t tile) const {
+    return {entries.data() + begin[tile], entries.data() + begin[tile + 1]};
+  }
+};
+
+// Projects the cloud into tiles of kTileSize pixels, row by row. Memory: 72 bytes for each drawn splat, and 4
+// for each tile it touches.
+void fillTiles(const capture::Camera<ObjectSpace>& camera, const Splats& splats, const SplatOptions& options,
+               const Progress& progress, TileBins& bins);
+
+inline int tilesAlong(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
 
 struct SplatRaster {
   int width = 0, height = 0;
@@ -41,7 +73,7 @@ struct SplatRaster {
 };
 
 // Rasterizes the cloud. Fragments of a pixel that agree in depth form a layer; layers fill the pixel front to
-// back, each covering area that the layers in front leave open (see layersOf in pixel_layers.h). An interior
+// back, each covering area that the layers in front leave open (see layersOf in raster_tile.h). An interior
 // pixel has alpha exactly 1, a pixel on a silhouette about its covered area. The result has the same bits for
 // any number of threads, and for all instruction sets with fused multiply-add.
 //

@@ -4,11 +4,13 @@
 //   N  electrons
 #pragma once
 
+#include "render/scene/script_fields.h"
 #include "render/stage/random.h"
+#include "srf/image/bracket.h"
 #include "srf/image/image.h"
-#include "srf/image/response.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -35,5 +37,14 @@ struct BracketShot {
 };
 image::Image exposed(const image::Image& radiance, const image::Image& alpha, const StageExposure& camera,
                      const BracketShot& shot);
+
+// Reads the [exposure] section of a stage file.
+struct ExposureSection {
+  StageExposure camera;
+  std::vector<std::filesystem::path> files; // files that were read
+};
+
+// Throws Error naming the entry.
+ExposureSection asExposure(const scene::Entry& entry);
 
 } // namespace surflect::stage

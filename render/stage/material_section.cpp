@@ -1,7 +1,7 @@
 #include "render/stage/material_section.h"
 
-#include "render/stage/stage_fields.h"
-#include "surfel/base/nearest_name.h"
+#include "render/stage/stage_plan.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 
 #include "render/scene/script_fields.h"
 #include "render/stage/material/material.h"
-#include "render/stage/texture.h"
+#include "render/stage/stage_scene.h"
 
 #include <filesystem>
 #include <map>

@@ -1,9 +1,12 @@
 // Positions of a stage's cameras and lights around a centre, z up.
 #pragma once
 
+#include "render/scene/script_fields.h"
 #include "srf/capture/camera.h"
-#include "surfel/math/angle.h"
+#include "srf/capture/capture.h"
+#include "surfel/math/space.h"
 
+#include <filesystem>
 #include <span>
 #include <vector>
 
@@ -26,5 +29,18 @@ std::vector<RigDirection> spiral(int count, double lowest, double highest, Angle
 capture::Camera<AcquisitionSpace> cameraAbout(const Point3<AcquisitionSpace, double>& center,
                                               const RigDirection& direction, double distance,
                                               const capture::Lens& lens);
+
+// Reads the [camera], [views] and [lights] sections of a stage file.
+struct StageRig {
+  std::vector<capture::View> views;   // training views first
+  std::vector<capture::Light> lights; // training lights first
+  size_t trainingViews = 0, trainingLights = 0;
+  Angle lightRadius;                        // angular radius of directional lights
+  std::vector<std::filesystem::path> files; // files that were read
+};
+
+// `stage` has sections camera (unless another capture gives the cameras), views and lights, and optionally a
+// center. Throws Error naming the entry.
+StageRig asRig(const scene::Section& stage);
 
 } // namespace surflect::stage

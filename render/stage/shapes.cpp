@@ -1,7 +1,6 @@
 #include "render/stage/shapes.h"
 
 #include "render/stage/curve.h"
-#include "render/stage/grid_mesh.h"
 #include "render/stage/material/shading.h"
 #include "surfel/base/error.h"
 

@@ -1,10 +1,9 @@
 #include "render/stage/stage_file.h"
 
-#include "render/stage/exposure_section.h"
+#include "render/stage/exposure.h"
 #include "render/stage/object_section.h"
-#include "render/stage/stage_fields.h"
+#include "render/stage/stage_plan.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 
 #include <fmt/format.h>
 

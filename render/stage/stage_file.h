@@ -4,7 +4,7 @@
 
 #include "render/stage/exposure.h"
 #include "render/stage/material_section.h"
-#include "render/stage/rig_section.h"
+#include "render/stage/rig.h"
 #include "render/stage/stage_scene.h"
 #include "render/stage/tracer.h"
 

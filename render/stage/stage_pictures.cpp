@@ -2,11 +2,18 @@
 
 #include "srf/capture/writer.h"
 #include "srf/image/png.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/time.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <iterator>
+#include <memory>
 #include <span>
 
 namespace surflect::stage {
@@ -107,6 +114,150 @@ bool isFinished(const StagePlan& plan, size_t view, const std::filesystem::path&
   } catch (const Error&) {
     return false;
   }
+}
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string objOf(const TriangleMesh& mesh) {
+  std::string text;
+  const auto end = std::back_inserter(text);
+  for (const auto& p : mesh.positions) fmt::format_to(end, "v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
+  for (const auto& [a, b, c] : mesh.triangles) fmt::format_to(end, "f {} {} {}\n", 1 + a, 1 + b, 1 + c);
+  return text;
+}
+
+std::unique_ptr<const StageScene> sceneOf(const Stage& stage, const StageDeformation* deformation) {
+  std::vector<StageObject> objects = stage.objects;
+  for (size_t i = 0; deformation && i < objects.size(); ++i) {
+    try {
+      objects[i].surface = deformed(objects[i].surface, deformation->warp);
+      requireVisible(objects[i].surface);
+    } catch (const Error& error) {
+      throw Error(fmt::format("bent by the script: {}", error.what()))
+          .at(fmt::format("object[{}]", i))
+          .in(stage.file);
+    }
+  }
+  return std::make_unique<const StageScene>(std::move(objects));
+}
+
+FolderIdentity identityOf(const Stage& stage, const StageDeformation* deformation, StageFrames which) {
+  assert((deformation != nullptr) == (which == StageFrames::deformed));
+  return {"stage.identity",
+          fmt::format("stage {} {} {:016x} {:016x}\n", kPictureFormat, static_cast<int>(which), stage.hash,
+                      deformation ? deformation->hash : 0),
+          "is of another stage file, script or frame"};
+}
+
+} // namespace
+
+void requireCapturable(const Stage& stage, const StageDeformation* deformation, StageFrames which,
+                       const fs::path& folder) {
+  planOf(stage, which);
+  requireResumable(folder, identityOf(stage, deformation, which));
+}
+
+StageReport captureStage(const Stage& stage, const StageDeformation* deformation, StageFrames which,
+                         const fs::path& folder, const Progress& progress) {
+  const StagePlan plan = planOf(stage, which);
+  const capture::Capture& capture = plan.capture;
+  const FolderIdentity identity = identityOf(stage, deformation, which);
+  requireResumable(folder, identity);
+  StageReport report{capture.views.size(), capture.lights.size()};
+  for (const capture::Frame& frame : capture.frames)
+    ++(frame.split == capture::Split::train ? report.trainingFrames : report.testFrames);
+  std::vector<size_t> missing;
+  for (size_t view = 0; view < capture.views.size(); ++view)
+    if (!isFinished(plan, view, folder)) missing.push_back(view);
+  report.resumedViews = capture.views.size() - missing.size();
+
+  progress("scene", 0);
+  std::unique_ptr<const StageScene>
+      scene; // before the folder is begun, because the script may leave nothing visible
+  if (!missing.empty()) scene = sceneOf(stage, deformation);
+  claimFolder(folder, identity);
+  for (size_t i = 0; i < missing.size(); ++i) {
+    const Progress ofView = stepOf(progress, "tracing", i, missing.size());
+    write(trace(*scene, stage, plan, missing[i], ofView), stage, plan, missing[i], folder, ofView);
+  }
+  if (!fs::exists(folder / capture.geometry))
+    writeFileAtomically(folder / capture.geometry, objOf(meshOf(stage.objects)));
+  capture::writeCapture(capture, folder);
+  progress("tracing", 1);
+  return report;
+}
+
+namespace fs = std::filesystem;
+
+namespace {
+
+class StageSource : public model::PackSource {
+public:
+  StageSource(const Stage& stage, const fs::path& scratch)
+      : stage_(stage), plan_(planOf(stage, StageFrames::training)), scratch_(scratch), scene_(stage.objects),
+        training_(capture::parseCapture(capture::captureText(plan_.capture, scratch),
+                                        scratch / "transforms.json", capture::PathRule::unmade)) {}
+
+  const capture::Capture& training() const override { return training_; }
+
+  proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
+    if (!options.mesh.empty()) return proxy::impostorOf(training_, options, progress);
+    return {withoutFlat(meshOf(stage_.objects), progress), proxy::Impostor::Origin::given};
+  }
+
+  std::string identity() const override {
+    return fmt::format("stage {} {:016x}", kPictureFormat, stage_.hash);
+  }
+
+  model::ViewPictures pictures(std::span<const size_t> frames, bool isLastTime,
+                               const Progress& progress) override {
+    const capture::Frame& first = training_.frames[frames[0]];
+    if (isScratchOurs() && isFinished(plan_, first.view, scratch_))
+      return model::readViewPictures(training_, frames, progress);
+    TracedView traced = trace(scene_, stage_, plan_, first.view, progress);
+    if (!isLastTime) {
+      claimScratch();
+      write(traced, stage_, plan_, first.view, scratch_, progress);
+    }
+    return asRead(std::move(traced), progress);
+  }
+
+private:
+  fs::path scratchIdentity() const { return scratch_ / "identity"; }
+  bool isScratchOurs() const {
+    return fs::exists(scratchIdentity()) && readFile(scratchIdentity(), 1 << 12) == identity();
+  }
+  // Removes scratch files of another stage.
+  void claimScratch() const {
+    if (isScratchOurs()) return;
+    removeFolder(scratch_);
+    createFolder(scratch_ / "images");
+    writeFileAtomically(scratchIdentity(), identity());
+  }
+
+  const Stage& stage_;
+  StagePlan plan_;
+  fs::path scratch_;
+  StageScene scene_;
+  capture::Capture training_; // as if read from disk
+};
+
+} // namespace
+
+model::PackReport packStage(const Stage& stage, const fs::path& folder, const model::PackOptions& options,
+                            const Progress& progress,
+                            const std::function<void(const model::PackEstimate&)>& announce) {
+  if (stage.exposure)
+    throw Error("brackets of photographs are captured, and packed then: not in one pass")
+        .at("exposure")
+        .in(stage.file);
+  const fs::path scratch = folder / "traced";
+  StageSource source(stage, scratch);
+  const model::PackReport report = model::pack(source, folder, options, progress, announce);
+  removeFolder(scratch);
+  return report;
 }
 
 } // namespace surflect::stage

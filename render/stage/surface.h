@@ -2,7 +2,7 @@
 #pragma once
 
 #include "surfel/geometry/mesh.h"
-#include "surfel/math/angle.h"
+#include "surfel/math/space.h"
 #include "warp/expression.h"
 #include "warp/warp.h"
 

@@ -1,6 +1,5 @@
 #include "render/stage/tracer.h"
 
-#include "render/stage/lamp.h"
 #include "render/stage/random.h"
 
 #include <tbb/enumerable_thread_specific.h>

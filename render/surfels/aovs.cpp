@@ -1,6 +1,6 @@
 #include "render/surfels/aovs.h"
 
-#include "surfel/tangent_frame.h"
+#include "surfel/cloud.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -2,10 +2,10 @@
 // in the table of computeAovs, and its name in render/scene/script.h.
 #pragma once
 
-#include "render/method/frame_layers.h"
+#include "render/method/renderer.h"
 #include "render/splat/splat_raster.h"
 #include "srf/shading/shade.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 
 #include <string>

@@ -2,11 +2,11 @@
 
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
+#include "render/surfels/cut.h"
 #include "render/surfels/develop.h"
-#include "render/surfels/fitted_error_model.h"
-#include "render/surfels/patch_queries.h"
+#include "render/surfels/frame_work.h"
+#include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
-#include "render/surfels/stage_clock.h"
 #include "warp/deform.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 //   deform -> splat -> queries -> shade -> develop
 #pragma once
 
-#include "render/method/frame_layers.h"
+#include "render/method/renderer.h"
 #include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
 #include "render/surfels/cut.h"
@@ -11,8 +11,8 @@
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
 #include "surfel/cloud.h"
+#include "surfel/level_of_detail.h"
 #include "surfel/occluders.h"
-#include "surfel/patches.h"
 
 #include <map>
 #include <optional>

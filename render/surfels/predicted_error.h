@@ -32,4 +32,9 @@ std::vector<float> viewGaps(std::span<const float> confidence);
 image::Image predictedError(const image::Image& color, const image::Image& nearest, const image::Image& gap,
                             const ErrorModel& model, image::Image kept = {});
 
+// The error model of the AOV predicted_error, fitted to path-traced stages.
+
+// Set by `scripts/confidence fit`; docs/stability.md says how well it predicts the errors of other objects.
+inline constexpr ErrorModel kFittedErrorModel{.disagreement = 0.19, .structure = 0.32, .gap = 0.27};
+
 } // namespace surflect::surfels

@@ -5,7 +5,7 @@
 
 #include "render/scene/scene.h"
 #include "srf/weights/light_weights.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <list>
 #include <memory>

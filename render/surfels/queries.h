@@ -6,7 +6,6 @@
 #include "render/surfels/prepared_environment.h"
 #include "srf/weights/query.h"
 #include "surfel/cloud.h"
-#include "surfel/look_up.h"
 
 #include <cstdint>
 #include <span>

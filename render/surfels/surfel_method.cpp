@@ -5,8 +5,8 @@
 #include "srf/model/manifest.h"
 #include "srf/weights/interpolation.h"
 #include "srf/weights/ulr.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 #include "render/verify/check.h"
 #include "srf/model/model.h"
 #include "srf/weights/query.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <optional>
 #include <string>

@@ -1,15 +1,15 @@
 #include "render/verify/frame_checks.h"
 
-#include "render/evaluation/label.h"
+#include "render/evaluation/contact_sheet.h"
 #include "render/evaluation/measure.h"
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"
 #include "render/surfels/queries.h"
 #include "render/verify/model_checks.h"
-#include "srf/image/percentile.h"
+#include "srf/image/image.h"
 #include "srf/shading/plan.h"
 #include "srf/weights/light_weights.h"
-#include "surfel/base/evenly_spaced.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>

@@ -5,7 +5,7 @@
 #include "render/verify/check.h"
 #include "srf/image/image.h"
 #include "srf/model/model.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <string_view>

@@ -1,6 +1,6 @@
 #include "render/verify/page.h"
 
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <Eigen/Cholesky>
 

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/image/response.h"
-#include "surfel/base/progress.h"
+#include "srf/image/bracket.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <cstdint>

@@ -21,15 +21,20 @@
 
 #include "srf/capture/camera.h"
 #include "srf/capture/rig.h"
-#include "srf/image/response.h"
+#include "srf/image/bracket.h"
+#include "srf/image/image_file.h"
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace surflect::capture {
@@ -70,7 +75,7 @@ struct Frame {
 
 struct Capture {
   std::filesystem::path file;              // the JSON file
-  std::optional<ColorSpace> colorSpace;    // of all pictures; none: as each file states (picture_encoding.h)
+  std::optional<ColorSpace> colorSpace;    // of all pictures; none: as each file states (photograph.h)
   std::optional<image::Response> response; // replaces colorSpace: all pictures have 8 bits and this response
   std::filesystem::path geometry;          // mesh file, relative to the folder; empty: none
   // Origin of cameras and lights in original coordinates. Mesh files keep original coordinates; readMesh()
@@ -105,5 +110,65 @@ Capture parseCapture(std::string_view json, const std::filesystem::path& file,
 
 // Frames that satisfy `wanted`, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);
+
+// Files that a capture names, which must be in its own folder unless the user allows others.
+
+// Paths are relative to the folder and lexically normal. Files that were found are remembered, because many
+// frames may share one.
+class CaptureFiles {
+public:
+  CaptureFiles(std::filesystem::path folder, PathRule rule) : folder_(std::move(folder)), rule_(rule) {}
+
+  // Returns whether the rule allows the path: it stays inside the folder (links are not followed), or may lie
+  // anywhere.
+  bool mayName(const std::filesystem::path& path) const;
+  // Returns whether the path is a regular file, or need not exist yet. Throws Error if a link leads out of
+  // the folder.
+  bool isThere(const std::filesystem::path& path);
+  image::PictureSize sizeOf(const std::filesystem::path& picture);
+
+  // Suffix of messages about a path that leaves the folder.
+  static constexpr const char* hint = " (--allow-outside lifts this)";
+
+private:
+  bool isFileInside(const std::filesystem::path& path) const;
+
+  std::filesystem::path folder_;
+  PathRule rule_;
+  std::set<std::filesystem::path> found_;
+  std::map<std::filesystem::path, image::PictureSize> sizes_;
+};
+
+// Groups the frames of a capture into views, and further exposures into photographs.
+class ViewGrouping {
+public:
+  // Adds a frame to its view, as a photograph, or as a further exposure of the photograph of that light and
+  // split. A view may have several test photographs. A second training photograph becomes a view of its own,
+  // as if taken by another camera. Frames without a camera's name share a view if pose and lens agree.
+  void add(Capture& capture, Frame frame, const std::optional<std::string>& cameraName,
+           const Camera<AcquisitionSpace>& camera);
+
+  // Notes for the user: photographs that repeat view and light of another, frames listed twice, and frames
+  // whose picture is that of another camera or light.
+  std::vector<std::string> notes() const;
+
+private:
+  // The camera's name, if any, then the numbers of lens and pose.
+  using ViewKey = std::pair<std::optional<std::string>, std::array<double, 23>>;
+
+  // Last photograph of a pose, light and split, and the view it belongs to.
+  struct Shot {
+    size_t copy = 0, frame = 0;
+  };
+
+  static ViewKey keyOf(const std::optional<std::string>& cameraName, const Camera<AcquisitionSpace>& camera);
+
+  std::map<ViewKey, std::vector<size_t>> views_;                           // of one pose, in file order
+  std::map<std::tuple<size_t, std::optional<size_t>, Split>, Shot> shots_; // by the pose's first view
+  // First view of the pose, and light, of each picture and layer.
+  std::map<std::pair<std::filesystem::path, std::string>, std::pair<size_t, std::optional<size_t>>> shown_;
+  size_t repeated_ = 0, listedTwice_ = 0, shared_ = 0;
+  std::string firstRepeated_, firstShared_;
+};
 
 } // namespace surflect::capture

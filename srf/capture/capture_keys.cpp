@@ -3,13 +3,20 @@
 // [NeuS2] 19reborn/NeuS2, DATA_CONVENTION.md
 #include "srf/capture/capture_keys.h"
 
-#include "surfel/base/lower_case.h"
-#include "surfel/base/message_text.h"
+#include "srf/image/image.h"
+#include "surfel/base/error.h"
+#include "surfel/base/text.h"
+#include "surfel/math/space.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string_view>
 
 namespace surflect::capture {
 
@@ -233,6 +240,275 @@ void checkKeys(const Json& object, KeyPlace place, UnknownKeys& unknown) {
     const std::string whole = value.dump();
     throw Error::mismatch(rule.expected, whole.size() <= 60 ? whole : shown(value)).at(key);
   }
+}
+
+namespace {
+
+double fieldOfView(const Json& value) {
+  const double angle = positiveOf(value);
+  if (!(angle < std::numbers::pi)) throw Error::mismatch("radians below pi", shown(value));
+  return angle;
+}
+
+double fieldOfViewDegrees(const Json& value) {
+  const double angle = positiveOf(value);
+  if (!(angle < 180)) throw Error::mismatch("degrees below 180", shown(value));
+  return Angle::fromDegrees(angle).radians();
+}
+
+// Returns whether two angles in radians are equal up to rounding to two decimals or to whole degrees.
+bool sameAngle(double a, double b) { return std::abs(a - b) <= 0.01; }
+
+// Angle in NeRF's radians or, under another key, instant-ngp's degrees.
+std::optional<double> angleOf(const Json& object, const char* inRadians, const char* inDegrees) {
+  const auto radians = optional(object, inRadians, fieldOfView),
+             degrees = optional(object, inDegrees, fieldOfViewDegrees);
+  if (radians && degrees && !sameAngle(*radians, *degrees))
+    throw Error::mismatch("about " + numberText(Angle::fromRadians(*radians).degrees()) + ", as " +
+                              inRadians + " says",
+                          shown(valueAt(object, inDegrees)))
+        .at(inDegrees);
+  return radians ? radians : degrees;
+}
+
+Lens::Model lensModel(const Json& value) {
+  using enum Lens::Model; // nerfstudio's names are COLMAP's
+  return oneOf<Lens::Model>(value, {{"pinhole", pinhole},
+                                    {"orthographic", orthographic},
+                                    {"PINHOLE", pinhole},
+                                    {"SIMPLE_PINHOLE", pinhole},
+                                    {"SIMPLE_RADIAL", pinhole},
+                                    {"RADIAL", pinhole},
+                                    {"OPENCV", pinhole}});
+}
+
+// f = size / 2 / tan(angle / 2) for the angle between opposite edges of the picture.
+double focalLengthOf(double angle, int size) { return size / 2. / std::tan(angle / 2); }
+
+std::optional<double> focalLength(std::optional<double> stated, std::optional<double> angle, int size) {
+  return stated || !angle ? stated : focalLengthOf(*angle, size);
+}
+
+} // namespace
+
+LensFields readLensFields(const Json& object) {
+  return {.model = optional(object, "camera_model", lensModel),
+          .width = optional(object, "w", pixelCountOf),
+          .height = optional(object, "h", pixelCountOf),
+          .focalX = optional(object, "fl_x", positiveOf),
+          .focalY = optional(object, "fl_y", positiveOf),
+          .angleX = angleOf(object, "camera_angle_x", "x_fov"),
+          .angleY = angleOf(object, "camera_angle_y", "y_fov"),
+          .orthoHeight = optional(object, "ortho_height", positiveOf),
+          .centerX = optional(object, "cx", coordinateOf),
+          .centerY = optional(object, "cy", coordinateOf),
+          .k1 = optional(object, "k1", numberOf),
+          .k2 = optional(object, "k2", numberOf),
+          .p1 = optional(object, "p1", numberOf),
+          .p2 = optional(object, "p2", numberOf)};
+}
+
+LensFields inherit(LensFields frame, const LensFields& capture) {
+  const bool ownX = frame.focalX || frame.angleX, ownY = frame.focalY || frame.angleY;
+  if (!ownX) {
+    frame.focalX = capture.focalX;
+    frame.angleX = capture.angleX;
+  }
+  if (!ownX && !ownY) {
+    frame.focalY = capture.focalY;
+    frame.angleY = capture.angleY;
+  }
+  const auto take = [](auto& own, const auto& outer) {
+    if (!own) own = outer;
+  };
+  take(frame.model, capture.model);
+  take(frame.width, capture.width);
+  take(frame.height, capture.height);
+  take(frame.orthoHeight, capture.orthoHeight);
+  take(frame.centerX, capture.centerX);
+  take(frame.centerY, capture.centerY);
+  take(frame.k1, capture.k1);
+  take(frame.k2, capture.k2);
+  take(frame.p1, capture.p1);
+  take(frame.p2, capture.p2);
+  return frame;
+}
+
+LensFields withSize(LensFields lens, image::PictureSize picture) {
+  const double shape = static_cast<double>(picture.width) / picture.height;
+  const auto pixels = [](double x) {
+    return static_cast<int>(std::clamp<double>(std::round(x), 1, image::kMostSide));
+  };
+  if (!lens.width) lens.width = lens.height ? pixels(*lens.height * shape) : picture.width;
+  if (!lens.height) lens.height = pixels(*lens.width / shape);
+  return lens;
+}
+
+std::optional<double> otherFocalLength(std::optional<double> focal, std::optional<double> angle, int size) {
+  if (!focal || !angle || sameAngle(*angle, 2 * std::atan(size / 2. / *focal))) return std::nullopt;
+  return focalLengthOf(*angle, size);
+}
+
+Lens lensOf(const LensFields& fields) {
+  assert(fields.width && fields.height);
+  Lens lens{
+      .model = fields.model.value_or(Lens::Model::pinhole), .width = *fields.width, .height = *fields.height};
+  if (lens.model == Lens::Model::orthographic) {
+    if (!fields.orthoHeight) throw Error::mismatch("a number above 0", "nothing").at("ortho_height");
+    lens.focalX = lens.focalY = lens.height / *fields.orthoHeight;
+  } else {
+    const auto x = focalLength(fields.focalX, fields.angleX, lens.width),
+               y = focalLength(fields.focalY, fields.angleY, lens.height);
+    if (!x)
+      throw Error::mismatch(
+          y ? "a number above 0, or camera_angle_x, as the vertical one does not say whether "
+              "pixels are square"
+            : "a number above 0, or camera_angle_x",
+          "nothing")
+          .at("fl_x");
+    lens.focalX = *x;
+    lens.focalY = y.value_or(*x);
+  }
+  lens.centerX = fields.centerX.value_or(lens.width / 2.);
+  lens.centerY = fields.centerY.value_or(lens.height / 2.);
+  lens.k1 = fields.k1.value_or(0);
+  lens.k2 = fields.k2.value_or(0);
+  lens.p1 = fields.p1.value_or(0);
+  lens.p2 = fields.p2.value_or(0);
+  return lens;
+}
+
+namespace {
+
+DirectionalLight readDirectional(const Json& light) {
+  const Vec3<double> towards = required(light, "direction", [](const Json& value) {
+    const Vec3<double> direction = tripleOf(value);
+    const double found = direction.norm();
+    if (!(std::abs(found - 1) <= 1e-3)) throw Error::mismatch("a unit vector", "length " + numberText(found));
+    return Vec3<double>(std::abs(found - 1) > 1e-14 ? direction / found : direction);
+  });
+  return {assume<Direction3<AcquisitionSpace, double>>(towards), required(light, "irradiance", strengthsOf),
+          optional(light, "irradiance_gradient", boundedTripleOf).value_or(Vec3<double>::Zero())};
+}
+
+PointLight readPoint(const Json& light) {
+  return {required(light, "position", pointOf), required(light, "intensity", strengthsOf)};
+}
+
+} // namespace
+
+Light readLight(const Json& value) {
+  const Json& object = objectOf(value);
+  Light light;
+  light.name = required(object, "name", textOf);
+  light.identity = optional(object, "cluster", textOf).value_or(light.name);
+  const bool directional = required(object, "type", [](const Json& type) {
+    return oneOf<bool>(type, {{"directional", true}, {"point", false}});
+  });
+  if (directional)
+    light.kind = readDirectional(object);
+  else
+    light.kind = readPoint(object);
+  return light;
+}
+
+size_t LightList::add(Light light) {
+  const size_t index = lights_.size();
+  if (!byName_.try_emplace(light.name, index).second)
+    throw Error("a second light is called " + light.name).at("name");
+  if (const auto* point = std::get_if<PointLight>(&light.kind)) byPoint_.try_emplace(keyOf(*point), index);
+  lights_.push_back(std::move(light));
+  return index;
+}
+
+size_t LightList::named(const Json& value) const {
+  const std::string name = textOf(value);
+  if (const auto known = byName_.find(name); known != byName_.end()) return known->second;
+  if (lights_.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
+  std::vector<std::string_view> known;
+  for (const Light& light : lights_) known.push_back(light.name);
+  throw Error::mismatch("a light of the list (nearest: " + std::string(nearestName(name, known)) + ")",
+                        shown(value));
+}
+
+std::optional<size_t> LightList::ofFrame(const Json& frame, size_t frameIndex) {
+  const auto position = optional(frame, "pl_pos", pointOf);
+  if (!position) return std::nullopt;
+  const PointLight point{*position,
+                         optional(frame, "pl_intensity", strengthsOrGrayOf).value_or(Rgb{1, 1, 1})};
+  if (const auto known = byPoint_.find(keyOf(point)); known != byPoint_.end()) return known->second;
+  const std::string name = element("pl_pos", frameIndex);
+  return add({name, name, point});
+}
+
+LightList::PointKey LightList::keyOf(const PointLight& light) {
+  const auto& [r, g, b] = light.intensity;
+  return {light.position.x(), light.position.y(), light.position.z(), r, g, b};
+}
+
+namespace {
+
+// Tolerance. Errors of half a unit in the third decimal change |a|^2 of a column, and a . b of two, by up to
+// sqrt(3) 1e-3. With two decimals a camera would be off by half a degree, many pixels, so that is refused.
+constexpr double kLimit = 2e-3;
+constexpr double kSaid = 1e-4; // reported above; single precision and six decimals are well below
+
+// Largest entry of |R^T R - 1|.
+double deviationOf(const Mat3<double>& matrix) {
+  return (matrix.transpose() * matrix - Mat3<double>::Identity()).cwiseAbs().maxCoeff();
+}
+
+std::string twoDigits(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", number);
+  return text;
+}
+
+std::string rotationsAre(size_t count) { return counted(count, "rotation") + (count == 1 ? " is" : " are"); }
+
+} // namespace
+
+void RoundedRotations::count(double deviation) {
+  if (deviation > kSaid) ++rounded_;
+  largestDeviation_ = std::max(largestDeviation_, deviation);
+}
+
+Mat3<double> RoundedRotations::nearest(const Mat3<double>& matrix) {
+  const double deviation = deviationOf(matrix);
+  if (!(deviation <= kLimit))
+    throw Error::mismatch("a rotation, with 3 decimals or more",
+                          "a matrix that is not orthonormal by " + numberText(deviation));
+  if (matrix.determinant() < 0) throw Error::mismatch("a rotation", "a reflection");
+  count(deviation);
+  // Keep an exact rotation bit by bit.
+  return deviation > 1e-14 ? nearestRotation(matrix) : matrix;
+}
+
+Mat3<double> RoundedRotations::nearestUnscaled(const Mat3<double>& worldFromCamera) {
+  const double scale = std::cbrt(std::abs(worldFromCamera.determinant()));
+  const bool scaled =
+      scale > 0 && deviationOf(worldFromCamera) > kLimit && deviationOf(worldFromCamera / scale) <= kLimit;
+  const Mat3<double> rotation = nearest(scaled ? Mat3<double>(worldFromCamera / scale) : worldFromCamera);
+  if (scaled) {
+    ++scaled_;
+    leastScale_ = std::min(leastScale_, scale);
+    mostScale_ = std::max(mostScale_, scale);
+  }
+  return rotation;
+}
+
+std::vector<std::string> RoundedRotations::notes() const {
+  std::vector<std::string> notes;
+  if (rounded_ > 0)
+    notes.push_back(rotationsAre(rounded_) + " rounded, off by up to " + twoDigits(largestDeviation_) +
+                    "; the nearest rotation is taken");
+  if (scaled_ > 0) {
+    const std::string least = numberText(std::round(leastScale_ * 1e4) / 1e4),
+                      most = numberText(std::round(mostScale_ * 1e4) / 1e4);
+    notes.push_back(rotationsAre(scaled_) + " scaled, by " + least + (least != most ? " to " + most : "") +
+                    "; the scale is left out");
+  }
+  return notes;
 }
 
 } // namespace surflect::capture

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -16,6 +16,28 @@
 #include <utility>
 
 namespace surflect::capture {
+
+// Limits the nesting of JSON before it is parsed, because the library copies and prints values by recursion.
+// The library's own callback would search a whole list for each element.
+inline constexpr int kDeepestJson = 64; // more than descriptions by other programs need
+
+// Prefix of the text up to where more than `deepest` lists and objects are nested; the whole text if they
+// never are.
+inline std::string_view shallowPart(std::string_view json, int deepest) {
+  std::ptrdiff_t depth = 0;
+  bool inString = false;
+  for (size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (c == '"') inString = !inString;
+    if (inString) {
+      if (c == '\\') ++i;
+      continue;
+    }
+    if ((c == '[' || c == '{') && ++depth > deepest) return json.substr(0, i);
+    if (c == ']' || c == '}') --depth;
+  }
+  return json;
+}
 
 using Json = nlohmann::json;
 
@@ -81,5 +103,13 @@ Choice oneOf(const Json& value, std::initializer_list<std::pair<const char*, Cho
   }
   throw Error::mismatch(expected, shown(value));
 }
+
+// Parses the JSON of a capture frame by frame: a tree of all frames takes long to build and to free.
+
+// Calls `begin` with the root, whose list of frames is empty, then `add` with each frame. Returns false if
+// one pass does not suffice: the text is malformed or nested too deeply, there are no frames, a frame is no
+// object, or a key follows the frames. Then some calls may have been made, and parseJson must be used.
+bool streamFrames(std::string_view content, const std::function<void(const Json& root)>& begin,
+                  const std::function<void(const Json& frame)>& add);
 
 } // namespace surflect::capture

@@ -1,12 +1,11 @@
 #include "srf/capture/photograph.h"
 
 #include "srf/capture/mask_file.h"
-#include "srf/capture/picture_encoding.h"
 #include "srf/image/bracket.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <tbb/parallel_for_each.h>
 
@@ -20,6 +19,26 @@
 #include <utility>
 
 namespace surflect::capture {
+
+image::Transfer usualTransfer(int bits) {
+  return {bits == 8 ? image::Transfer::Curve::srgb : image::Transfer::Curve::linear};
+}
+
+image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
+                                const std::optional<image::ColorStatement>& ofFile,
+                                const std::filesystem::path& picture) {
+  if (ofCapture)
+    return {image::Transfer{*ofCapture == ColorSpace::srgb ? image::Transfer::Curve::srgb
+                                                           : image::Transfer::Curve::linear},
+            image::kRec709, nullptr};
+  if (!ofFile) return {};
+  if (!ofFile->problem.empty())
+    throw Error(ofFile->problem + "; color_space of the capture, linear or srgb, would overrule it (import: "
+                                  "--color-space)")
+        .at(ofFile->source)
+        .in(picture);
+  return ofFile->encoding;
+}
 
 namespace {
 

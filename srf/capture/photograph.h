@@ -2,14 +2,27 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/image/color.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
+#include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace surflect::capture {
+
+// Colour encoding of a capture's pictures: by the capture, else by each picture's file, else by its format.
+
+// Default encoding of pictures: 8 bits are sRGB, all others linear. Bits as in Picture.
+image::Transfer usualTransfer(int bits);
+
+// Throws Error naming the picture if the statement of its file applies but cannot be understood.
+image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
+                                const std::optional<image::ColorStatement>& ofFile,
+                                const std::filesystem::path& picture);
 
 // Radiance and alpha of one frame, both of the size of the view's lens.
 struct Photograph {

@@ -13,6 +13,12 @@
 
 namespace surflect::capture {
 
+// Limits of a capture's coordinates and strengths. Beyond them, products and squares in float overflow or
+// vanish.
+inline constexpr double kFarthest = 1e12; // coordinates in scene units, principal points in pixels
+// Irradiance and intensity, in each channel.
+inline constexpr float kLeastStrength = 1e-12f, kMostStrength = 1e12f;
+
 // Light of one direction everywhere. Its strength may vary over the object, as with near lamps or narrow
 // beams.
 struct DirectionalLight {

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "srf/codec/view_file.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <atomic>
 #include <compare>

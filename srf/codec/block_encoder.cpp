@@ -5,12 +5,11 @@
 //          lights; sigma_k^2 the energy of term k; K the rank.
 #include "srf/codec/block_encoder.h"
 
-#include "srf/codec/block_bound.h"
+#include "srf/codec/block.h"
 #include "srf/codec/block_fit.h"
 #include "srf/codec/block_kernels.h"
-#include "srf/codec/block_levels.h"
 #include "surfel/base/error.h"
-#include "surfel/math/transpose.h"
+#include "surfel/math/padded_rows.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include "srf/codec/view_file.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>

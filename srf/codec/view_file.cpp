@@ -2,8 +2,7 @@
 
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
-#include "surfel/base/hash.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <cassert>

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "srf/codec/block.h"
-#include "surfel/base/open_file.h"
-#include "surfel/base/uninitialized_vector.h"
+#include "surfel/base/file.h"
+#include "surfel/base/memory.h"
 
 #include <cassert>
 #include <cstddef>

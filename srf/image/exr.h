@@ -4,9 +4,9 @@
 // name begins with the part's, "specular.R". A name without part means the first part that has the channel.
 #pragma once
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <filesystem>
 #include <limits>
@@ -18,6 +18,13 @@
 #include <vector>
 
 namespace surflect::image {
+
+// Checks the attributes in an OpenEXR header before the library reads them.
+
+// The library allocates the stated size of an attribute before it reads, and reads as much as the attribute's
+// type requires. Throws Error if an attribute is longer than the rest of the file, or its size does not fit
+// its type. Other faults are left to the library.
+void requireHonestAttributes(const std::filesystem::path& path);
 
 // Channels that become one image, in this order.
 using ChannelSet = std::vector<std::string>;

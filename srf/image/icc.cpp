@@ -2,9 +2,9 @@
 // profiles.
 #include "srf/image/icc.h"
 
-#include "srf/image/color_encoding.h"
-#include "surfel/base/endian.h"
+#include "srf/image/color.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <lcms2.h>
 

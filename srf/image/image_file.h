@@ -2,7 +2,7 @@
 // OpenImageIO, which is loaded on demand.
 #pragma once
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 #include "srf/image/image.h"
 
 #include <filesystem>

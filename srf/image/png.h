@@ -1,7 +1,7 @@
 // PNG pictures as encoded values in 0..1, with the file's colour statement.
 #pragma once
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 #include "srf/image/image.h"
 
 #include <algorithm>
@@ -9,9 +9,19 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace surflect::image {
+
+// Chunks of a PNG file that define the meaning of its samples.
+
+// Colour statement of a file, or of its beginning up to the pixels, by its strongest chunk: cICP before iCCP,
+// sRGB, and gAMA with cHRM. A fault in that chunk is the statement's `problem`; weaker chunks are not read.
+std::optional<ColorStatement> pngColorStatement(std::string_view file);
+
+// Returns whether a chunk of that name begins at or before the first "IDAT"; `file` may be its beginning.
+bool hasPngChunk(std::string_view file, std::string_view name);
 
 struct PngPicture {
   Image image;      // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA; colours are not multiplied by alpha

@@ -2,8 +2,7 @@
 // pixel.
 #include "srf/image/radiance.h"
 
-#include "srf/image/picture_limits.h"
-#include "surfel/base/endian.h"
+#include "srf/image/image.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 

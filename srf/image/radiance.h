@@ -1,7 +1,7 @@
 // Radiance pictures (.hdr): four bytes per pixel, three mantissas with one exponent.
 #pragma once
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 #include "srf/image/image.h"
 
 #include <array>

@@ -1,7 +1,6 @@
 #include "srf/import/calibrate.h"
 
 #include "srf/calibration/strengths.h"
-#include "srf/calibration/threshold_mask.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
 #include "surfel/base/error.h"

@@ -4,7 +4,7 @@
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <span>
 #include <string>
@@ -18,7 +18,7 @@ image::Image shrunk(const image::Image& image, int factor);
 // Mask of the squares that are completely in the mask.
 image::Mask shrunk(const image::Mask& mask, int factor);
 
-// Object pixels by threshold (srf/calibration/threshold_mask.h) of the view of the given frames (indices into
+// Object pixels by threshold (srf/calibration/strengths.h) of the view of the given frames (indices into
 // capture.frames). Pixels outside of a matte count as black. Throws Error.
 image::Mask objectOfView(const capture::Capture& capture, std::span<const size_t> frames, double threshold,
                          const Progress& progress = {});

@@ -1,6 +1,5 @@
 #include "srf/import/colmap.h"
 
-#include "srf/import/listing.h"
 #include "srf/import/masks.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"

@@ -1,7 +1,6 @@
 #include "srf/import/foreign_capture.h"
 
-#include "srf/capture/limits.h"
-#include "srf/import/listing.h"
+#include "srf/capture/rig.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"
 

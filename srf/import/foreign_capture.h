@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "srf/capture/rounded_rotations.h"
+#include "srf/capture/capture_keys.h"
 
 #include <filesystem>
 #include <optional>

@@ -5,30 +5,127 @@
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
+#include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "srf/import/calibrate.h"
 #include "srf/import/colmap.h"
-#include "srf/import/colors_taken.h"
-#include "srf/import/copies.h"
-#include "srf/import/listing.h"
 #include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
-#include "srf/import/notes.h"
 #include "srf/import/output_folder.h"
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/message_text.h"
-#include "surfel/base/nearest_name.h"
+#include "surfel/base/text.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace surflect::importers {
+
+namespace fs = std::filesystem;
+
+void noteTurned(const std::map<fs::path, int>& orientations, ForeignCapture& source) {
+  size_t turned = 0;
+  std::set<int> different;
+  for (const auto& [picture, orientation] : orientations)
+    if (orientation != 1) ++turned, different.insert(orientation);
+  if (turned == 0) return;
+  std::string values;
+  for (const int value : different) values += (values.empty() ? "" : ", ") + std::to_string(value);
+  source.notes.push_back(
+      std::to_string(turned) + " of " + std::to_string(orientations.size()) +
+      " photographs carry an EXIF orientation (" + values +
+      ") and are taken as they are stored, not turned; poses and light directions must be those "
+      "of the stored pictures");
+}
+
+void noteUnused(ForeignCapture& source, bool below) {
+  std::set<fs::path> folders, used;
+  for (const capture::Frame& frame : source.capture.frames) {
+    used.insert(frame.mask.lexically_normal());
+    for (const capture::Exposure& shot : capture::bracketOf(frame)) {
+      used.insert(shot.picture.lexically_normal());
+      folders.insert(shot.picture.parent_path());
+    }
+  }
+  std::vector<fs::path> there;
+  if (below) there = picturesBelow(source.files.root);
+  for (const fs::path& folder : below ? std::set<fs::path>() : folders)
+    std::ranges::copy(picturesIn(folder.empty() ? "." : folder), std::back_inserter(there));
+  std::vector<std::string> unused;
+  for (const fs::path& picture : there) {
+    const std::string name = source.files.shown(picture);
+    const bool isInMasks = std::ranges::any_of(fs::path(name).parent_path(), [](const fs::path& part) {
+      return part == "masks" || part == "mask"; // reported by findMasks
+    });
+    if (!isInMasks && !used.contains(picture.lexically_normal())) unused.push_back(name);
+  }
+  if (!unused.empty())
+    source.notes.push_back("pictures beside the photographs that are not used: " +
+                           std::to_string(unused.size()) + " (" + firstNames(unused) + ")");
+}
+
+void noteMasks(ForeignCapture& source, bool inverted, const Progress& progress) {
+  const bool anyMask =
+      std::ranges::any_of(source.capture.frames, [](const capture::Frame& f) { return !f.mask.empty(); });
+  if (inverted && !anyMask) throw Error("the source has no masks").at("--invert-masks").in(source.files.root);
+  const auto [warnings, notes] = capture::surveyMasks(source.capture, inverted, progress);
+  for (const std::string& warning : warnings) source.notes.push_back("warning: " + warning); // as inspect
+  source.notes.insert(source.notes.end(), notes.begin(), notes.end());
+  if (inverted) source.notes.push_back("masks were inverted: black is the object");
+}
+
+namespace {
+
+std::string formatDefault(int bits) {
+  return bits == 0 ? "floating point that states nothing" : std::to_string(bits) + " bits that state nothing";
+}
+
+// Interpretation of a picture's colours, and its reason.
+std::pair<std::string, std::string> colorsOf(const capture::Capture& capture,
+                                             const std::filesystem::path& path) {
+  const image::PictureHeader header = image::readPictureHeader(path);
+  const auto& stated = header.color;
+  const int bits = header.bits;
+  if (capture.response) return {"the capture's response curve", "response"};
+  const image::ColorEncoding encoding = capture::encodingOf(capture.colorSpace, stated, path);
+  std::string word = stated ? stated->source : formatDefault(bits);
+  if (capture.colorSpace) word = "color_space" + (stated ? ", over " + stated->source : "");
+  return {image::described(encoding, capture::usualTransfer(bits)), word};
+}
+
+} // namespace
+
+std::string colorsTaken(const capture::Capture& capture, const Progress& progress) {
+  std::map<std::filesystem::path, std::set<std::string>> layersOf; // layers that frames use, by picture
+  for (const capture::Frame& frame : capture.frames)
+    for (const capture::Exposure& shot : capture::bracketOf(frame))
+      layersOf[capture.folder() / shot.picture].insert(shot.layer);
+  std::map<std::pair<std::string, std::string>, size_t> counts;
+  size_t seen = 0;
+  for (const auto& [path, layers] : layersOf) {
+    progress("looking at colours", static_cast<double>(seen++) / static_cast<double>(layersOf.size()));
+    if (image::formatOf(path) == image::PictureFormat::exr) {
+      const image::ExrFile file(path);
+      for (const std::string& layer : layers) image::colorChannels(file, layer); // throws if there are none
+    }
+    ++counts[colorsOf(capture, path)];
+  }
+  std::string text;
+  for (const auto& [colors, count] : counts)
+    text += (text.empty() ? "colour: " : ", ") + std::to_string(count) +
+            (!text.empty() ? ""
+             : count == 1  ? " picture"
+                           : " pictures") +
+            " as " + colors.first + " (" + colors.second + ")";
+  return text;
+}
 
 namespace fs = std::filesystem;
 

@@ -5,16 +5,39 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/import/foreign_capture.h"
 #include "srf/import/lit_view.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace surflect::importers {
+
+// Notes on the files of a source.
+
+// Notes photographs with an EXIF orientation, which is not applied; it matters most if only some of a set
+// have one. Orientations are as in Picture.
+void noteTurned(const std::map<std::filesystem::path, int>& orientations, ForeignCapture& source);
+
+// Notes pictures beside the photographs that no frame uses, except in mask folders, which findMasks()
+// reports. `below`: all folders below the root hold photographs.
+void noteUnused(ForeignCapture& source, bool below);
+
+// Notes how masks were interpreted, and probable mistakes (srf/capture/mask_file.h). Throws Error if
+// `inverted` is set but there are no masks, and Cancelled.
+void noteMasks(ForeignCapture& source, bool inverted, const Progress& progress);
+
+// Reports how a capture's pictures will be read: as which colours, and why.
+
+// "colour: 16 pictures as sRGB (PNG sRGB chunk), 2 as gamma 2.2 (PNG gAMA chunk)". Reads headers only. Throws
+// Error naming the picture for a statement that cannot be understood, and for an EXR without the
+// requested layer.
+std::string colorsTaken(const capture::Capture& capture, const Progress& progress);
 
 enum class ImportFormat { colmap, transforms, middlebury, lights };
 

@@ -1,8 +1,7 @@
 #include "srf/import/masks.h"
 
-#include "srf/import/listing.h"
-#include "surfel/base/first_names.h"
-#include "surfel/base/message_text.h"
+#include "srf/import/text.h"
+#include "surfel/base/text.h"
 
 #include <algorithm>
 #include <map>

@@ -1,9 +1,61 @@
 // Output folder that appears complete or not at all.
 #pragma once
 
+#include "srf/capture/capture.h"
+#include "srf/image/image.h"
+#include "srf/image/mask.h"
+#include "surfel/base/time.h"
+
+#include <cstdint>
 #include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace surflect::importers {
+
+// Files of a source, copied into the folder of the imported capture.
+
+// Copies files into a folder, each once, and keeps their relative paths if possible. Places are the folder's
+// images/, masks/ and geometry/.
+class Copies {
+public:
+  Copies(std::filesystem::path root, std::filesystem::path output)
+      : root_(std::move(root)), output_(std::move(output)) {}
+
+  // Copies a file once; returns its path in the folder.
+  std::filesystem::path copy(const std::filesystem::path& source, const char* place,
+                             const Progress& progress);
+  // Writes a picture as PNG under the name of a source file; returns its path in the folder.
+  std::filesystem::path writePng(const std::filesystem::path& source, const char* place,
+                                 const image::Image& image);
+  // Writes a picture as PNG in place of a source file; returns an absolute path, which copy() takes.
+  std::filesystem::path replace(const std::filesystem::path& source, const char* place,
+                                const image::Image& image);
+
+  size_t files(const char* place) const;
+  uint64_t bytes() const { return bytes_; }
+
+private:
+  // Unique path below a place.
+  std::filesystem::path claim(const std::filesystem::path& source, const char* place);
+  void count(const std::filesystem::path& written);
+
+  std::filesystem::path root_, output_;
+  std::map<std::pair<std::filesystem::path, std::string>, std::filesystem::path> copied_;
+  std::set<std::filesystem::path> taken_;
+  uint64_t bytes_ = 0;
+};
+
+// Writes inverted copies of the source's masks, which replace them in the capture.
+void invertMasks(capture::Capture& capture, Copies& copies, const Progress& progress);
+
+// Copies all files, and changes the capture's paths to those of the copies. `masks` replace those of the
+// source: one per view, or none at all.
+void copyFiles(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
+               const Progress& progress);
 
 // Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); otherwise removed by the
 // destructor. First removes what a killed process has left for the same target. The target must not exist, or

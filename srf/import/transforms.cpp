@@ -1,7 +1,6 @@
 #include "srf/import/transforms.h"
 
-#include "srf/capture/shallow_json.h"
-#include "srf/import/listing.h"
+#include "srf/capture/json_fields.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"

@@ -2,9 +2,7 @@
 
 #include "srf/capture/json_fields.h"
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,17 +1,13 @@
 #include "srf/model/model.h"
 
 #include "srf/capture/writer.h"
-#include "srf/model/alpha_file.h"
-#include "srf/model/level_file.h"
 #include "srf/model/manifest.h"
+#include "srf/model/model_files.h"
 #include "srf/model/pack_folder.h"
-#include "srf/model/visibility_file.h"
 #include "srf/weights/nearest_pairs.h"
 #include "srf/weights/shadow_state.h"
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 #include "surfel/geometry/ply.h"
 #include "surfel/math/bounds.h"
 

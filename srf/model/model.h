@@ -7,7 +7,7 @@
 #pragma once
 
 #include "srf/weights/reflectance_field.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <filesystem>
 

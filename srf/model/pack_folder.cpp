@@ -1,11 +1,10 @@
 #include "srf/model/pack_folder.h"
 
-#include "srf/model/alpha_file.h"
 #include "srf/model/model.h"
+#include "srf/model/model_files.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
-#include "surfel/base/hash.h"
 
 #include <fmt/format.h>
 

@@ -1,23 +1,95 @@
 #include "srf/model/pack_prepass.h"
 
-#include "srf/capture/mask_survey.h"
-#include "srf/model/matted_view.h"
-#include "srf/model/translucency.h"
-#include "srf/model/white_level.h"
+#include "srf/capture/mask_file.h"
+#include "srf/capture/silhouette.h"
 #include "surfel/base/error.h"
-#include "surfel/base/evenly_spaced.h"
-#include "surfel/base/step_progress.h"
+#include "surfel/base/text.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/smooth_normals.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <charconv>
 #include <locale>
 #include <sstream>
 
 namespace surflect::model {
+
+namespace {
+
+void matteFromMesh(MattedView& view, const capture::Camera<AcquisitionSpace>& camera,
+                   const RayCaster<AcquisitionSpace>& impostor) {
+  constexpr int kRim = 2; // pixels
+  view.stack.alpha = capture::silhouette(camera, impostor);
+  const image::Mask outline = image::objectMask(view.stack.alpha);
+  view.object = image::eroded(outline, kRim);
+  const auto source = image::nearestSeeds(view.object, outline);
+  for (image::Image& light : view.stack.lights)
+    for (size_t texel = 0; texel < source.size(); ++texel)
+      if (source[texel] != texel)
+        std::copy_n(light.values.begin() + static_cast<std::ptrdiff_t>(3 * source[texel]), 3,
+                    light.values.begin() + static_cast<std::ptrdiff_t>(3 * texel));
+}
+
+} // namespace
+
+MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
+                            const RayCaster<AcquisitionSpace>& impostor) {
+  MattedView view{std::move(pictures.stack), {}, pictures.invalidTexels};
+  if (pictures.hasMatte)
+    view.object = image::objectMask(view.stack.alpha);
+  else
+    matteFromMesh(view, camera, impostor);
+  return view;
+}
+
+namespace {
+
+// Alpha that 8 bits tell from clear and from opaque.
+constexpr float kClear = 0.5f / 255, kOpaque = 1 - kClear;
+constexpr int kEdge = 2; // pixels
+
+bool isEdge(const image::Image& alpha, int x, int y) {
+  bool hasClear = false, hasOpaque = false;
+  for (int j = std::max(0, y - kEdge); j <= std::min(alpha.height - 1, y + kEdge); ++j)
+    for (int i = std::max(0, x - kEdge); i <= std::min(alpha.width - 1, x + kEdge); ++i) {
+      hasClear |= alpha.at(i, j)[0] < kClear;
+      hasOpaque |= alpha.at(i, j)[0] > kOpaque;
+    }
+  return hasClear && hasOpaque;
+}
+
+} // namespace
+
+void TranslucencySurvey::add(const image::Image& alpha) {
+  assert(alpha.channels == 1);
+  for (int y = 0; y < alpha.height; ++y)
+    for (int x = 0; x < alpha.width; ++x) {
+      const float own = alpha.at(x, y)[0];
+      if (!(own >= kClear)) continue;
+      ++object_;
+      translucent_ += own <= kOpaque && !isEdge(alpha, x, y);
+    }
+}
+
+double TranslucencySurvey::share() const {
+  return object_ > 0 ? static_cast<double>(translucent_) / static_cast<double>(object_) : 0;
+}
+
+void WhiteLevel::add(const codec::ReflectanceStack& stack, const image::Mask& object,
+                     const Progress& progress) {
+  for (const image::Image& light : stack.lights) {
+    progress.checkpoint();
+    for (size_t texel = 0; texel < object.inside.size(); ++texel)
+      if (object.inside[texel])
+        for (size_t c = 0; c < 3; ++c) values_.add(light.values[3 * texel + c]);
+  }
+}
+
+double WhiteLevel::value() const { return std::clamp(values_.percentile(0.995), 1e-20, 1e20); }
 
 namespace {
 

@@ -2,8 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include "srf/capture/capture.h"
 #include "srf/codec/view_encoder.h"
 #include "srf/proxy/impostor.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <span>

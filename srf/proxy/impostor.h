@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <filesystem>
@@ -11,6 +11,13 @@
 #include <vector>
 
 namespace surflect::proxy {
+
+// Geometry for a capture with one camera and no mesh.
+
+// Returns the part of the frontal plane (frontal_plane.h) that mattes show or, without mattes, that the
+// picture shows. If `asRelief`, the surface follows the normals found by photometric stereo (photometric.h).
+// Throws Error, also if the lights do not determine normals, and Cancelled.
+TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress);
 
 struct ImpostorOptions {
   std::filesystem::path mesh; // replaces the capture's geometry; in original coordinates; or empty
@@ -43,7 +50,7 @@ struct Impostor {
 std::string_view nameOf(Impostor::Origin origin);
 
 // Returns the geometry that pack samples and inspect draws. `training` must contain training frames only.
-// Without a mesh file, a single view gives a plane or relief (one_view.h), and several views with mattes give
+// Without a mesh file, a single view gives a plane or relief, and several views with mattes give
 // a visual hull (visual_hull.h), by default of the pixels with alpha above 1/2. A mesh from a file is mended
 // (mesh_mending.h). Throws Error and Cancelled.
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,

@@ -1,7 +1,7 @@
 // Look-ups of light-blended radiance in PCA blocks, vectorised.
 #pragma once
 
-#include "srf/weights/light_rows.h"
+#include "srf/weights/light_table.h"
 
 #include <cstddef>
 #include <cstdint>

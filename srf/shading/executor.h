@@ -4,8 +4,8 @@
 
 #include "srf/codec/block_cache.h"
 #include "srf/shading/block_lookup.h"
-#include "srf/shading/operations.h"
-#include "surfel/base/progress.h"
+#include "srf/shading/plan.h"
+#include "surfel/base/time.h"
 #include "surfel/math/rgb.h"
 
 #include <array>

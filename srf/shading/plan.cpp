@@ -4,7 +4,7 @@
 #include "srf/weights/light_weights.h"
 #include "srf/weights/pair_weights.h"
 #include "surfel/base/error.h"
-#include "surfel/base/message_text.h"
+#include "surfel/base/text.h"
 
 #include <tbb/enumerable_thread_specific.h>
 

@@ -11,7 +11,7 @@
 //
 // With a weight error, w_i, u_qj and the weights of pairs are truncated (srf/weights/ulr.h).
 //
-// Under kriging, with w_ij as in srf/weights/kriging_weights.h:
+// Under kriging, with w_ij as in srf/weights/pair_weights.h:
 //   L = sum_q f_q sum_ij w_ij a_i E_q / E_j X_ij(x_i)
 //
 // Otherwise, a capture with gaps has weights of pairs:

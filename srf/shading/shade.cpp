@@ -1,6 +1,6 @@
 #include "srf/shading/shade.h"
 
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <tbb/parallel_for.h>
 

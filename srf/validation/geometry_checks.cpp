@@ -1,8 +1,8 @@
 #include "srf/validation/validation.h"
 
 #include "srf/capture/origin.h"
-#include "srf/validation/names.h"
-#include "surfel/base/evenly_spaced.h"
+#include "srf/validation/small_view.h"
+#include "surfel/base/text.h"
 #include "surfel/math/bounds.h"
 #include "surfel/math/median.h"
 

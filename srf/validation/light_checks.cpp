@@ -3,8 +3,7 @@
 #include "srf/capture/rig.h"
 #include "srf/image/color.h"
 #include "srf/validation/light_samples.h"
-#include "srf/validation/names.h"
-#include "srf/validation/outline_contrast.h"
+#include "srf/validation/small_view.h"
 #include "srf/validation/validation.h"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
+#include "srf/capture/mask_file.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
-#include "srf/validation/names.h"
-#include "srf/validation/outline_contrast.h"
+#include "srf/validation/small_view.h"
 #include "srf/validation/validation.h"
-#include "surfel/base/evenly_spaced.h"
+#include "surfel/base/text.h"
 #include "surfel/math/bounds.h"
 #include "surfel/math/median.h"
 
@@ -315,6 +315,14 @@ std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<c
   };
   tell(black, "black");
   tell(white, "overexposed");
+  return findings;
+}
+
+std::vector<Finding> checkMattes(const capture::Capture& capture, const CheckEffort& effort,
+                                 const Progress& progress) {
+  std::vector<Finding> findings;
+  for (std::string& warning : capture::surveyMasks(capture, false, progress, effort.views).warnings)
+    findings.push_back({Finding::Severity::warning, std::move(warning)});
   return findings;
 }
 

@@ -1,7 +1,7 @@
 #include "srf/validation/validation.h"
 
 #include "srf/capture/origin.h"
-#include "srf/validation/names.h"
+#include "srf/validation/small_view.h"
 
 #include <fmt/format.h>
 

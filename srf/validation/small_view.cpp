@@ -2,7 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
-#include "surfel/base/evenly_spaced.h"
+#include "surfel/base/text.h"
 
 #include <algorithm>
 

@@ -3,11 +3,15 @@
 
 #include "srf/capture/capture.h"
 #include "srf/image/mask.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/ray_caster.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace surflect::validation {
 
@@ -28,5 +32,25 @@ struct SmallView {
 void forEachSmallView(const capture::Capture& capture, const RayCaster<AcquisitionSpace>& mesh,
                       const Point3<AcquisitionSpace, double>& middle, size_t most, const Progress& progress,
                       const std::function<void(SmallView)>& look);
+
+// Names of cameras and lights in findings.
+
+// A faulty camera or light, with the size of its fault.
+struct Offender {
+  double badness;
+  std::string text;
+};
+
+// The worst three: "C03 (31 %), C07 (12 %), C01 (9 %)".
+inline std::string worst(std::vector<Offender> offenders) {
+  std::ranges::stable_sort(offenders, std::ranges::greater(), &Offender::badness);
+  std::string list;
+  for (size_t i = 0; i < std::min<size_t>(3, offenders.size()); ++i)
+    list += (i > 0 ? ", " : "") + offenders[i].text;
+  return list;
+}
+
+// Thresholds for the contrast at the mesh's outline (ViewMeasures); misplaced meshes have 0.9 to 1.7.
+inline constexpr double kSteepOutline = 2, kFlatOutline = 1.5;
 
 } // namespace surflect::validation

@@ -4,7 +4,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/validation/small_view.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/ray_caster.h"
 
@@ -44,7 +44,7 @@ inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 std::vector<Finding> checkPoses(const capture::Capture& capture);
 
 // Masks without object, inverted masks, and views without a mask beside views with one: the warnings of
-// srf/capture/mask_survey.h. Reads at most `effort.views` masks.
+// srf/capture/mask_file.h. Reads at most `effort.views` masks.
 std::vector<Finding> checkMattes(const capture::Capture& capture, const CheckEffort& effort,
                                  const Progress& progress);
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 

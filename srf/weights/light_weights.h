@@ -11,7 +11,7 @@
 
 #include "srf/weights/fades.h"
 #include "srf/weights/irradiance_ratio.h"
-#include "srf/weights/light_rows.h"
+#include "srf/weights/light_table.h"
 #include "srf/weights/nearest_sources.h"
 #include "srf/weights/query.h"
 #include "srf/weights/reflectance_field.h"

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "srf/capture/camera.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 #include "surfel/geometry/ray_caster.h"
 

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace surflect {
 
@@ -65,5 +66,25 @@ class Cancelled : public std::exception {
 public:
   const char* what() const noexcept override { return "interrupted"; }
 };
+
+// Field and file that an Error of some work is given on its way up.
+
+// Returns work(); its Errors get the outer field.
+template <class Work> decltype(auto) atField(std::string_view field, const Work& work) {
+  try {
+    return work();
+  } catch (Error& error) {
+    throw std::move(error).at(field);
+  }
+}
+
+// Returns work(); its Errors get the file.
+template <class Work> decltype(auto) inFile(const std::filesystem::path& file, const Work& work) {
+  try {
+    return work();
+  } catch (Error& error) {
+    throw std::move(error).in(file);
+  }
+}
 
 } // namespace surflect

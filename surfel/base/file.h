@@ -2,8 +2,9 @@
 // one.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -66,5 +67,53 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view tex
 // the caller's; temporaries held by a living process stay. The folder may be missing.
 void removeAbandoned(const std::filesystem::path& folder,
                      const std::function<bool(const std::string& targetName)>& owned);
+
+// Files that stay open.
+
+// A file that stays open and is read piece by piece, by many threads at once.
+class OpenFile {
+public:
+  // Throws Error as openForReading().
+  explicit OpenFile(std::filesystem::path path);
+  ~OpenFile();
+  OpenFile(OpenFile&& other) noexcept;
+  OpenFile& operator=(OpenFile&&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  uint64_t bytes() const { return bytes_; } // when it was opened
+  // Reads as many bytes as the span has, from a position on. Throws Error naming the file, also if it ends
+  // before.
+  void read(uint64_t position, std::span<std::byte> bytes) const;
+  // Advises the system to read bytes ahead.
+  void adviseRead(uint64_t position, uint64_t bytes) const;
+
+private:
+  std::filesystem::path path_;
+  int descriptor_;
+  uint64_t bytes_ = 0;
+};
+
+// Whole numbers in the bytes of a file, in either byte order.
+
+// Number in `count` bytes (at most 4) that lie within `bytes`, the least significant one first.
+inline uint32_t littleEndian(std::string_view bytes, size_t at, size_t count = 4) {
+  assert(count <= 4 && at + count <= bytes.size());
+  uint32_t value = 0;
+  for (size_t i = count; i-- > 0;) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
+  return value;
+}
+
+// Number in `count` bytes (at most 4) that lie within `bytes`, the most significant one first.
+inline uint32_t bigEndian(std::string_view bytes, size_t at, size_t count = 4) {
+  assert(count <= 4 && at + count <= bytes.size());
+  uint32_t value = 0;
+  for (size_t i = 0; i < count; ++i) value = value << 8 | static_cast<uint8_t>(bytes[at + i]);
+  return value;
+}
+
+// 64-bit content hash (XXH3) for checksums and identities of files; not cryptographic.
+uint64_t contentHash(std::span<const std::byte> bytes);
+uint64_t contentHash(std::string_view text);
+std::string hex(uint64_t hash);
 
 } // namespace surflect

@@ -33,4 +33,33 @@ inline void removeFolder(const std::filesystem::path& folder) {
   if (failure) throw Error("cannot be removed (" + failure.message() + ")").in(folder);
 }
 
+// Protection of special files against being overwritten.
+
+// Throws Error unless the path is free or a regular file: folders, pipes and devices are not replaced. Links
+// are followed.
+inline void requireReplaceable(const std::filesystem::path& path) {
+  std::error_code unknown; // reported when writing
+  const auto status = std::filesystem::status(path, unknown);
+  if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
+  throw Error(std::filesystem::is_directory(status)
+                  ? "cannot write (a folder is there)"
+                  : "cannot write (something else than a regular file is there)")
+      .in(path);
+}
+
+// Output folder that is filled over a long time and resumed after an interruption. A file in it states what
+// it is the output of.
+struct FolderIdentity {
+  std::string file;    // name of the stating file, such as "stage.identity"
+  std::string text;    // equal for equal input
+  std::string problem; // of a folder with another text: "is of another stage file"
+};
+
+// Throws Error if the folder holds anything but output of this identity. It may be missing or empty.
+void requireResumable(const std::filesystem::path& folder, const FolderIdentity& identity);
+
+// Creates the folder and its folder `images` and states the identity. Removes temporaries of killed runs.
+// Call requireResumable() first. Throws Error.
+void claimFolder(const std::filesystem::path& folder, const FolderIdentity& identity);
+
 } // namespace surflect

@@ -2,7 +2,7 @@
 
 #include "surfel/base/error.h"
 #include "surfel/geometry/obj.h"
-#include "surfel/geometry/ply_mesh.h"
+#include "surfel/geometry/ply.h"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // Triangle meshes: an impostor in acquisition space, or deformed in object space.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <array>
@@ -23,7 +23,7 @@ double surfaceArea(const TriangleMesh& mesh);
 
 // Triangulation of faces with more than three corners.
 enum class Faces {
-  cut,   // covers the face exactly (ear_clipping.h)
+  cut,   // covers the face exactly (textured_mesh.h)
   asFans // around the first corner: the same triangles for all shapes of one topology
 };
 

@@ -1,7 +1,7 @@
 // Connectivity of a mesh. Vertices at one position count as one vertex throughout.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstdint>

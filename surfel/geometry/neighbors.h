@@ -1,7 +1,7 @@
 // Exact nearest neighbours among points.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>

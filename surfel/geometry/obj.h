@@ -1,7 +1,7 @@
 // Wavefront OBJ: positions and faces as one mesh, optionally with texture coordinates and normals.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/textured_mesh.h"
 
 #include <filesystem>

@@ -1,7 +1,8 @@
 // PLY files, ASCII and binary of either byte order, as columns of numbers.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
+#include "surfel/geometry/textured_mesh.h"
 
 #include <cstddef>
 #include <filesystem>
@@ -61,5 +62,16 @@ std::optional<std::vector<std::vector<float>>> parseWrittenPly(std::string_view 
                                                                std::string_view element,
                                                                std::span<const std::string_view> columns,
                                                                const Progress& progress = {});
+
+// Meshes in PLY files: faces and triangle strips, and their texture coordinates and normals.
+
+// Reads all vertices and triangles. Throws Error with file and element, and Cancelled.
+TriangleMesh readPlyMesh(const std::filesystem::path& path, const MeshReading& reading = {},
+                         const Progress& progress = {});
+
+// Reads the mesh with texture coordinates and normals (texturedMeshOf); `corner` is the file's vertex.
+// Texture coordinates of vertices are s and t, u and v, or texture_u and texture_v; normals are nx, ny and
+// nz. A face's list `texcoord`, two numbers per corner, overrides them.
+TexturedMesh readTexturedPly(const std::filesystem::path& path, const Progress& progress = {});
 
 } // namespace surflect

@@ -2,7 +2,7 @@
 // finite, or from over 1e18 away, meets nothing.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstdint>

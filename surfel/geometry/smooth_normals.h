@@ -10,7 +10,7 @@
 #pragma once
 
 #include "surfel/geometry/mesh.h"
-#include "surfel/math/angle.h"
+#include "surfel/math/space.h"
 
 #include <vector>
 

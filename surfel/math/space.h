@@ -13,6 +13,7 @@
 #include <Eigen/Geometry>
 
 #include <array>
+#include <numbers>
 #include <type_traits>
 
 namespace surflect {
@@ -153,6 +154,35 @@ private:
 template <class A, class B, class C, class T>
 Rotation<A, C, T> operator*(const Rotation<A, B, T>& aFromB, const Rotation<B, C, T>& bFromC) {
   return Rotation<A, C, T>(aFromB.matrix() * bFromC.matrix());
+}
+
+// Angle type: radians inside, degrees only at input and output.
+class Angle {
+public:
+  Angle() = default;
+  static constexpr Angle fromRadians(double radians) { return Angle(radians); }
+  static constexpr Angle fromDegrees(double degrees) { return Angle(degrees * std::numbers::pi / 180); }
+
+  constexpr double radians() const { return radians_; }
+  constexpr double degrees() const { return radians_ * 180 / std::numbers::pi; }
+
+private:
+  explicit constexpr Angle(double radians) : radians_(radians) {}
+  double radians_ = 0;
+};
+
+// Nearest rotation to a matrix with rounded digits.
+// [Higham 1986] Higham: Computing the polar decomposition with applications, SIAM J. Sci. Stat. Comput. 7(4).
+// [Bjorck 1971] Bjorck, Bowie: An iterative algorithm for computing the best estimate of an orthogonal
+// matrix, SIAM J. Numer. Anal. 8(2).
+
+// Orthogonal polar factor of a matrix whose entries are within 0.01 of a rotation's  [Higham 1986].
+inline Mat3<double> nearestRotation(const Mat3<double>& matrix) {
+  Mat3<double> q = matrix;
+  // q <- q (3 - q^T q) / 2 squares the distance [Bjorck 1971].
+  for (int step = 0; step < 5; ++step)
+    q = 0.5 * q * (3 * Mat3<double>::Identity() - q.transpose() * q).eval();
+  return q;
 }
 
 } // namespace surflect

@@ -1,7 +1,6 @@
 // Evenly spread directions.
 #pragma once
 
-#include "surfel/math/angle.h"
 #include "surfel/math/space.h"
 
 #include <algorithm>

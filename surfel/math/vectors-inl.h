@@ -88,7 +88,7 @@ HWY_INLINE void storeTriples(float* to, const Vector& v) {
   hn::StoreInterleaved3(rounded(v.x), rounded(v.y), rounded(v.z), kFloats, to);
 }
 
-// The first columns of rotationOf(r) (tangent_frame.h), to the bit. The third number of r is 0 or 1.
+// The first columns of rotationOf(r) (cloud.h), to the bit. The third number of r is 0 or 1.
 struct RestFrame {
   Vector u, v;
 };

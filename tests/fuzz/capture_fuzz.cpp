@@ -1,4 +1,4 @@
-#include "srf/capture/frame_stream.h"
+#include "srf/capture/json_fields.h"
 #include "srf/capture/photograph.h"
 #include "tests/fuzz/folder.h"
 #include "tests/fuzz/fuzz.h"

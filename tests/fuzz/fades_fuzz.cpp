@@ -1,4 +1,4 @@
-#include "srf/model/visibility_file.h"
+#include "srf/model/model_files.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <cstring>

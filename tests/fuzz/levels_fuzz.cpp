@@ -1,4 +1,4 @@
-#include "srf/model/level_file.h"
+#include "srf/model/model_files.h"
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz_levels(std::string_view input) {

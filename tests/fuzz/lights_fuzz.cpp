@@ -1,4 +1,4 @@
-#include "srf/import/light_file.h"
+#include "srf/import/lit_view.h"
 #include "tests/fuzz/fuzz.h"
 
 void surflect::fuzz_lights(std::string_view input) {

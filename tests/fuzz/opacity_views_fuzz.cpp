@@ -1,4 +1,4 @@
-#include "render/lightfield/common/texel_file.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/olf/opacity_file.h"
 #include "tests/fuzz/fuzz.h"
 

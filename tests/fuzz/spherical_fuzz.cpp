@@ -1,5 +1,5 @@
-#include "render/lightfield/spherical/tile_file.h"
-#include "surfel/base/hash.h"
+#include "render/lightfield/spherical/spherical_file.h"
+#include "surfel/base/file.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <cstring>

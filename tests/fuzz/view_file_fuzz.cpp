@@ -1,5 +1,5 @@
 #include "srf/codec/view_file.h"
-#include "surfel/base/hash.h"
+#include "surfel/base/file.h"
 #include "tests/fuzz/fuzz.h"
 
 #include <cstring>

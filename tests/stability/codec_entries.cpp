@@ -1,7 +1,6 @@
 #include "tests/stability/entry.h"
 
 #include "srf/codec/block.h"
-#include "srf/codec/block_bound.h"
 #include "srf/codec/block_encoder.h"
 #include "srf/codec/view_encoder.h"
 #include "surfel/base/error.h"

@@ -7,7 +7,7 @@
 // Exits with 1 at the first frame that fails; `fuzz_light_fields 1 SEED` repeats it alone.
 
 #include "render/gl/projection.h"
-#include "render/lightfield/common/photograph_weights.h"
+#include "render/lightfield/common/relight.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"

@@ -1,9 +1,8 @@
 #include "tests/stability/entry.h"
 
-#include "render/lightfield/lfm/delaunay.h"
 #include "render/lightfield/lfm/view_blend.h"
 #include "render/lightfield/olf/bsp_tree.h"
-#include "render/lightfield/slf/unseen_regions.h"
+#include "render/lightfield/slf/regions.h"
 #include "render/lightfield/spherical/pencil_weights.h"
 #include "tests/support/random.h"
 

@@ -1,6 +1,6 @@
 #include "tests/stability/entry.h"
 
-#include "surfel/look_up.h"
+#include "surfel/cloud.h"
 #include "tests/render/clouds.h"
 #include "tests/support/random.h"
 #include "warp/deform.h"

@@ -1,7 +1,7 @@
 // Colour statements of files, made for tests: ICC profiles, and chunks of PNG.
 #pragma once
 
-#include "srf/image/color_encoding.h"
+#include "srf/image/color.h"
 
 #include <string>
 

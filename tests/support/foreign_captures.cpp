@@ -2,7 +2,7 @@
 
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
-#include "srf/image/percentile.h"
+#include "srf/image/image.h"
 #include "srf/image/png.h"
 #include "surfel/base/file.h"
 #include "tests/support/foreign_formats.h"

@@ -1,7 +1,7 @@
 // A caller that cancels work at a given time.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <gtest/gtest.h>
 

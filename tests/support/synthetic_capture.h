@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/capture/writer.h"
-#include "srf/image/over_black.h"
+#include "srf/image/image.h"
 #include "srf/model/model.h"
 #include "srf/model/pack.h"
 #include "tests/srf/image/files.h"

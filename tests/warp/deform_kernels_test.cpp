@@ -1,6 +1,6 @@
 #include "warp/deform_kernels.h"
 
-#include "surfel/tangent_frame.h"
+#include "surfel/cloud.h"
 #include "tests/support/each_simd.h"
 #include "tests/warp/random_warps.h"
 

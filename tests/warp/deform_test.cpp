@@ -1,6 +1,6 @@
 #include "warp/deform.h"
 
-#include "surfel/look_up.h"
+#include "surfel/cloud.h"
 #include "tests/support/each_simd.h"
 #include "tests/warp/random_warps.h"
 

@@ -8,14 +8,26 @@
 #include "render/lightfield/common/photographs.h"
 #include "render/lightfield/common/sight.h"
 #include "render/lightfield/common/views.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
+#include "surfel/geometry/mesh.h"
+#include "surfel/geometry/ray_caster.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <optional>
 
 namespace surflect::lightfield {
+
+// Rays that meet the front of a surface, as pictures with back-face culling show it.
+
+// First triangle whose front a ray meets; triangles that the ray meets from behind are ignored. `rays` casts
+// rays at the mesh.
+std::optional<RayCaster<AcquisitionSpace>::Hit>
+firstFrontHit(const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& rays,
+              const Point3<AcquisitionSpace, double>& origin,
+              const Direction3<AcquisitionSpace, double>& direction);
 
 struct RayBlend {
   size_t views = 4;     // blended for each ray, 1..weights::kMaxBlended

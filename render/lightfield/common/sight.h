@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace surflect::lightfield {
@@ -60,5 +61,11 @@ private:
   std::vector<capture::Viewpoint<AcquisitionSpace>> viewpoints_;
   std::vector<capture::Projector<AcquisitionSpace>> projectors_;
 };
+
+// Size of a photograph's pixel on the surface.
+
+// Median width of a pixel at the surface, in scene units: over points spread evenly by area, and for each
+// point over the cameras that it faces and projects into. Zero if no camera sees a point.
+double pixelFootprint(const TriangleMesh& mesh, std::span<const capture::Camera<AcquisitionSpace>> cameras);
 
 } // namespace surflect::lightfield

@@ -1,14 +1,16 @@
 // Input of every light-field renderer: a triangle mesh and calibrated RGBA views under fixed light.
 #pragma once
 
+#include "render/method/method.h"
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
 #include "srf/proxy/impostor.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/ray_caster.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -62,5 +64,18 @@ private:
   proxy::Impostor geometry_;
   std::unique_ptr<const RayCaster<AcquisitionSpace>> rays_;
 };
+
+// Input of a builder, and the parts of its report that all builders share.
+
+// Views of a build's source, after the output folder has been found fit; says how capture and mesh were
+// understood. Throws Error as requireLightFieldFolder() and Views do.
+Views viewsOf(const method::BuildInput& input, const Progress& progress, bool plainPinholes = false);
+
+// "1.5 MiB"
+std::string mebibytes(uint64_t bytes);
+// Bytes of the training views' pictures.
+uint64_t pictureBytes(const Views& views);
+// `whole` / `part`; 0 if `part` is 0.
+double ratioOf(uint64_t whole, uint64_t part);
 
 } // namespace surflect::lightfield

@@ -5,7 +5,7 @@
 #include "render/lightfield/lfm/factors.h"
 #include "render/lightfield/lfm/maps.h"
 #include "render/lightfield/lfm/vertex_matrix.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -12,12 +12,21 @@
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>
 
 namespace surflect::lfm {
+
+// Factors of samples and cells in which nothing was observed.
+
+// Samples that were not observed get the mean of their values in observed cells, and the surface factors that
+// fit these values best by least squares. Then cells that were not observed get the view factors that fit the
+// values of observed samples. Values that are not finite are taken as 0; factors below 0 become 0 if
+// `isPositive`.
+void projectUnobserved(const LightFieldMatrix& matrix, const Observed& observed, bool isPositive,
+                       Factors& factors);
 
 struct FactorizationOptions {
   Method method = Method::pca;

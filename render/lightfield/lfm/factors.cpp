@@ -1,8 +1,12 @@
 #include "render/lightfield/lfm/factors.h"
 
+#include "surfel/base/error.h"
+#include "surfel/math/padded_rows.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <string>
 
 namespace surflect::lfm {
 
@@ -53,6 +57,98 @@ FactorError errorOf(const Factors& factors, size_t terms, const LightFieldMatrix
     }
   }
   return error;
+}
+
+namespace {
+
+size_t roundedUp(size_t count) { return (count + 7) / 8 * 8; }
+
+void requireFitting(const LightFieldMatrix& matrix) {
+  const size_t entries = matrix.samples * matrix.cells;
+  if (matrix.radiance.size() != matrix.channels * entries)
+    throw Error::mismatch(std::to_string(matrix.channels * entries) + " numbers",
+                          std::to_string(matrix.radiance.size()))
+        .at("radiance");
+  if (!matrix.weights.empty() && matrix.weights.size() != entries)
+    throw Error::mismatch(std::to_string(entries) + " numbers", std::to_string(matrix.weights.size()))
+        .at("weights");
+  for (size_t i = 0; i < matrix.weights.size(); ++i)
+    if (!(matrix.weights[i] >= 0) || !std::isfinite(matrix.weights[i]))
+      throw Error::mismatch("a finite number >= 0", numberText(matrix.weights[i]))
+          .at("weights[" + std::to_string(i) + "]");
+}
+
+// Weight of an entry in the fit.
+float weightOf(const LightFieldMatrix& matrix, size_t entry, float leastWeight) {
+  const auto values = matrix.radiance.subspan(matrix.channels * entry, matrix.channels);
+  if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return 0;
+  return matrix.weights.empty() ? 1 : std::max(matrix.weights[entry], leastWeight);
+}
+
+// Weight as a share of the largest.
+float shareOf(const LightFieldMatrix& matrix, const Observed& observed, size_t sample, size_t cell) {
+  const float share =
+      weightOf(matrix, sample * matrix.cells + cell, observed.leastWeight) / observed.largestWeight;
+  return share < kNegligibleWeight ? 0 : share;
+}
+
+} // namespace
+
+Observed observedOf(const LightFieldMatrix& matrix, float leastWeight) {
+  requireFitting(matrix);
+  Observed observed{{}, {}, leastWeight, 0};
+  for (size_t entry = 0; entry < matrix.samples * matrix.cells; ++entry)
+    observed.largestWeight = std::max(observed.largestWeight, weightOf(matrix, entry, leastWeight));
+  if (observed.largestWeight == 0) return observed;
+
+  std::vector<char> isCellObserved(matrix.cells);
+  for (size_t sample = 0; sample < matrix.samples; ++sample) {
+    bool isObserved = false;
+    for (size_t cell = 0; cell < matrix.cells; ++cell)
+      if (shareOf(matrix, observed, sample, cell) > 0) {
+        isObserved = true;
+        isCellObserved[cell] = 1;
+      }
+    if (isObserved) observed.samples.push_back(static_cast<uint32_t>(sample));
+  }
+  for (size_t cell = 0; cell < matrix.cells; ++cell)
+    if (isCellObserved[cell]) observed.cells.push_back(static_cast<uint32_t>(cell));
+  return observed;
+}
+
+ArrangedMatrix ArrangedMatrix::copy() const {
+  ArrangedMatrix result;
+  result.planes = planes;
+  result.stride = stride;
+  result.cells = cells;
+  result.values = copied(values);
+  if (weights) result.weights = copied(*weights);
+  return result;
+}
+
+ArrangedMatrix arranged(const LightFieldMatrix& matrix, const Observed& observed) {
+  ArrangedMatrix result;
+  result.planes = matrix.channels;
+  result.cells = observed.cells.size();
+  result.stride = roundedUp(result.cells);
+  result.values = PaddedRows<float>(observed.samples.size(), result.planes * result.stride);
+  result.weights.emplace(result.rows(), result.cells);
+  bool isUniform = true;
+  for (size_t row = 0; row < result.rows(); ++row) {
+    const uint32_t sample = observed.samples[row];
+    std::fill_n(result.values.row(row), result.values.stride(), 0.0f);
+    for (size_t n = 0; n < result.cells; ++n) {
+      const float weight = shareOf(matrix, observed, sample, observed.cells[n]);
+      result.weights->row(row)[n] = weight;
+      isUniform &= weight == 1;
+      if (weight == 0) continue;
+      const float* const from =
+          matrix.radiance.data() + result.planes * (sample * matrix.cells + observed.cells[n]);
+      for (size_t c = 0; c < result.planes; ++c) result.plane(row, c)[n] = from[c];
+    }
+  }
+  if (isUniform) result.weights.reset();
+  return result;
 }
 
 } // namespace surflect::lfm

@@ -4,8 +4,7 @@
 #include "render/lightfield/lfm/tile.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
-#include "surfel/base/up_to.h"
+#include "surfel/base/text.h"
 
 #include <array>
 #include <cmath>

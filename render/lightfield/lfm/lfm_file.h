@@ -5,7 +5,7 @@
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/lfm/maps.h"
 #include "srf/capture/capture.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

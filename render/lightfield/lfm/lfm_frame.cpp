@@ -3,7 +3,7 @@
 #include "render/gl/draw.h"
 #include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/shaders.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <algorithm>
 #include <array>

@@ -2,13 +2,13 @@
 // maps.glsl).
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/context.h"
 #include "render/gl/program.h"
 #include "render/gl/projection.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
-#include "render/lightfield/lfm/map_textures.h"
 #include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/lfm/tile.h"
 #include "srf/capture/camera.h"
 #include "surfel/math/space.h"
 
@@ -18,6 +18,58 @@
 #include <cstddef>
 
 namespace surflect::lfm {
+
+// Collections of tiles: layers of an array texture, each with columns x rows tiles.
+//
+// [Chen et al. 2002, §5.3] tiles light field maps of one size together, and draws triangle after triangle
+// without a change of textures. Array textures hold all collections of one size, of all terms.
+struct Tiling {
+  TileShape tile;
+  int columns = 1, rows = 1, layers = 1;
+
+  int width() const { return columns * tile.width; }
+  int height() const { return rows * tile.height; }
+
+  struct Place {
+    int x = 0, y = 0, layer = 0; // the tile's first texel
+  };
+  Place placeOf(size_t tileNumber) const;
+};
+
+struct TilingLimits {
+  int side = 2048;  // of a layer, texels
+  int layers = 256; // at most; sides grow beyond `side` before there are more
+  int largestSide = 16384;
+};
+
+// Layers of equal size with little left over. Throws Error if the tiles do not fit.
+Tiling tilingOf(const TileShape& tile, size_t tiles, const TilingLimits& limits = {});
+
+// Light field maps in the driver's memory.
+class MapTextures {
+public:
+  // Throws Error if the maps do not fit into the driver's textures, or memory.
+  MapTextures(const LightFieldMaps& maps, const gl::Limits& limits);
+
+  const gl::Texture& surface() const { return surface_; }
+  const gl::Texture& view() const { return view_; }
+  const gl::Texture& mean() const { return mean_; }
+
+  // Where the maps of each triangle are, in floats: texel n is (n % kPlacesWidth, n / kPlacesWidth). A
+  // triangle has one texel for its mean map, then for each term those of its surface maps (1 if packed, else
+  // 3, by corner) and of the view maps of its 3 corners:
+  //   mean, surface  x and y of sample (0, 0) of its map, layer, and a code: 1 if samples go on to the right
+  //                  and up, -1 if to the left and down; times 1, 2 or 3 for red, green or blue
+  //   view           x and y of the map's first texel, layer, and the scale of vertex and term
+  const gl::Texture& places() const { return places_; }
+  static constexpr int kPlacesWidth = 2048;
+
+  size_t layers() const; // of all textures of maps
+  size_t bytes() const;  // of all textures, as the driver holds them
+
+private:
+  gl::Texture surface_, view_, mean_, places_;
+};
 
 // Terms first..end - 1, and the mean before them.
 struct TermRange {

@@ -7,7 +7,7 @@
 //                                                                      [Chen et al. 2002, Eqs. 3 and 6]
 //   hat  hat function of a corner: its barycentric coordinate. The paper stores hat g in one map, which no
 //        longer vanishes at the far edge once it is compressed
-//   g  surface map of a triangle and one of its corners: a number for each sample (patch_grid.h)
+//   g  surface map of a triangle and one of its corners: a number for each sample (rings.h)
 //   h  view map of a vertex: channels of each cell of a square grid around the disc of directions. In the
 //      coordinates of discPoint(), cell (x, y) has its centre at ((x + 0.5) / size, (y + 0.5) / size)
 //   s  scale of a vertex and term; g and h are within -1..1
@@ -23,10 +23,12 @@
 
 #include "render/lightfield/lfm/direction_disc.h"
 #include "render/lightfield/lfm/factors.h"
+#include "render/lightfield/lfm/rings.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace surflect::lfm {
@@ -98,5 +100,30 @@ bool isIdentity(const MapTable& table);
 
 // Throws Error naming the field unless sizes, indices and numbers fit together.
 void requireComplete(const LightFieldMaps& maps);
+
+// Light field maps from the factors of vertices.
+class MapStore {
+public:
+  // Packed maps without content (emptyMaps()), and the rings of their mesh, which must outlive this object.
+  MapStore(LightFieldMaps empty, const Rings& rings);
+
+  // Writes the factors of a vertex. Different vertices may be written by several threads at once.
+  void put(const Factors& factors, const RingRows& rows, uint32_t vertex);
+
+  // All maps, without those that are 0. Means above twice the root of `white`, a radiance, are cut off.
+  LightFieldMaps maps(double white) &&;
+
+private:
+  // Share of a corner of a triangle in the mean of a sample, for each channel.
+  std::span<float> meanShare(size_t triangle, size_t sample, size_t corner);
+  // Sum over the corners, of one channel.
+  float meanOf(size_t triangle, size_t sample, size_t channel) const;
+  void storeMeans(double white);
+
+  LightFieldMaps maps_;
+  const Rings& rings_;
+  size_t samples_;                // of a triangle
+  std::vector<float> meanShares_; // [triangle][sample][corner][channel]; empty for NMF
+};
 
 } // namespace surflect::lfm

@@ -1,6 +1,6 @@
 #include "render/lightfield/lfm/nmf.h"
 
-#include "render/lightfield/lfm/weighted_sums.h"
+#include "render/lightfield/lfm/pca.h"
 
 #include <algorithm>
 #include <cmath>

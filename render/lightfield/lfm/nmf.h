@@ -3,9 +3,9 @@
 // [Lee and Seung 1999] Lee, Seung: Learning the Parts of Objects by Non-Negative Matrix Factorization.
 #pragma once
 
-#include "render/lightfield/lfm/arranged_matrix.h"
-#include "render/lightfield/lfm/weighted_pca.h"
-#include "surfel/base/progress.h"
+#include "render/lightfield/lfm/factors.h"
+#include "render/lightfield/lfm/pca.h"
+#include "surfel/base/time.h"
 
 #include <cstdint>
 

@@ -4,20 +4,32 @@
 // [Chen 2002, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once
 
-#include "render/lightfield/lfm/observe.h"
-#include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/common/sight.h"
 #include "render/lightfield/lfm/rings.h"
-#include "render/lightfield/lfm/view_grid.h"
-#include "surfel/base/progress.h"
+#include "render/lightfield/lfm/view_blend.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
+#include "surfel/geometry/smooth_normals.h"
+#include "surfel/math/space.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
 
 namespace surflect::lfm {
+
+// Observations of a surface point, as a function that tests can replace by a closed form.
+using lightfield::Observation;
+
+// Returns the photographs that see a point of a triangle, in rising order. Called from several threads.
+using Observe =
+    std::function<std::vector<Observation>(uint32_t triangle, const Point3<AcquisitionSpace, double>& point)>;
+
+// Observations in photographs. Arguments must outlive the function; a triangle without an area is not seen.
+Observe observeIn(const lightfield::Sight& sight, const TriangleMesh& mesh, const SmoothNormals& normals);
 
 // Photographs that count at a sample.
 enum class Visible {

@@ -1,7 +1,6 @@
 #include "render/lightfield/lfm/radiance.h"
 
 #include "render/lightfield/lfm/map_shape.h"
-#include "render/lightfield/lfm/patch_blend.h"
 #include "render/lightfield/lfm/root_radiance.h"
 
 #include <algorithm>

@@ -1,19 +1,222 @@
 #include "render/lightfield/lfm/vector_quantization.h"
 
-#include "render/lightfield/lfm/codeword_search.h"
-#include "render/lightfield/lfm/pairwise_merging.h"
 #include "surfel/base/error.h"
+#include "surfel/math/matrix_products.h"
+#include "surfel/math/padded_rows.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <compare>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <utility>
 
 namespace surflect::lfm {
+
+namespace {
+
+constexpr size_t kBlock = 64; // vectors that are compared with all codewords at once
+
+double squaredLength(std::span<const float> vector) {
+  double sum = 0;
+  for (const float x : vector) sum += double{x} * double{x};
+  return sum;
+}
+
+// Bound on the rounding error of a scalar product of unit vectors: sums are of 32 products, then of such
+// sums.
+double roundingOf(size_t dimension) {
+  return (static_cast<double>(dimension) / 32 + 64) * double{std::numeric_limits<float>::epsilon()};
+}
+
+} // namespace
+
+double squaredDistance(std::span<const float> a, std::span<const float> b) {
+  double sums[4] = {};
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double difference = double{a[i]} - double{b[i]};
+    sums[i % 4] += difference * difference;
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+Assignment nearestCodewords(const VectorSet& vectors, std::span<const float> codewords,
+                            std::span<const uint32_t> before) {
+  const size_t dimension = vectors.dimension, count = codewords.size() / dimension;
+  PaddedRows<float> turned(dimension, count);
+  std::vector<float> lengths(count);
+  for (size_t i = 0; i < count; ++i) {
+    const std::span<const float> codeword = codewords.subspan(i * dimension, dimension);
+    lengths[i] = static_cast<float>(squaredLength(codeword));
+    for (size_t d = 0; d < dimension; ++d) turned.row(d)[i] = codeword[d];
+  }
+  const double longest = std::sqrt(*std::ranges::max_element(lengths));
+  const double rounding = roundingOf(dimension);
+
+  Assignment result{std::vector<uint32_t>(vectors.size()), std::vector<double>(vectors.size())};
+  const size_t blocks = (vectors.size() + kBlock - 1) / kBlock;
+  tbb::parallel_for(size_t{0}, blocks, [&](size_t block) {
+    const size_t first = block * kBlock, size = std::min(kBlock, vectors.size() - first);
+    PaddedRows<float> products(size, count);
+    multiply(MatrixProduct<float>{vectors.values.data() + first * dimension, dimension, 1, turned.row(0),
+                                  turned.stride(), products.row(0), products.stride(), size, dimension,
+                                  turned.stride(), false});
+    for (size_t i = 0; i < size; ++i) {
+      // |x - c|^2 - |x|^2 = |c|^2 - 2 x c
+      float* const scores = products.row(i);
+      float least = std::numeric_limits<float>::infinity();
+      for (size_t j = 0; j < count; ++j) {
+        scores[j] = lengths[j] - 2 * scores[j];
+        least = std::min(least, scores[j]);
+      }
+      const std::span<const float> x = vectors.values.subspan((first + i) * dimension, dimension);
+      const double size_x = std::sqrt(squaredLength(x));
+      const double margin = 4 * rounding * longest * (size_x + longest);
+      double nearest = std::numeric_limits<double>::infinity();
+      size_t index = 0;
+      const auto consider = [&](size_t j) {
+        const double square = squaredDistance(x, codewords.subspan(j * dimension, dimension));
+        if (square < nearest) {
+          nearest = square;
+          index = j;
+        }
+      };
+      if (!before.empty()) consider(before[first + i]);
+      for (size_t j = 0; j < count; ++j)
+        if (double{scores[j]} <= double{least} + margin) consider(j);
+      result.indices[first + i] = static_cast<uint32_t>(index);
+      result.squares[first + i] = nearest;
+    }
+  });
+  return result;
+}
+
+namespace {
+
+class Clusters {
+public:
+  explicit Clusters(const VectorSet& vectors)
+      : dimension_(vectors.dimension), size_(std::min(vectors.size(), kMostPairwise)),
+        centroids_(size_ * dimension_), costs_(size_, size_), isAlive_(size_, 1), left_(size_) {
+    PaddedRows<float> rows(size_, dimension_);
+    for (size_t i = 0; i < size_; ++i) {
+      const size_t from = i * vectors.size() / size_;
+      weights_.push_back(vectors.weights.empty() ? 1 : double{vectors.weights[from]});
+      for (size_t d = 0; d < dimension_; ++d)
+        rows.row(i)[d] = vectors.values[from * dimension_ + d],
+        centroids_[i * dimension_ + d] = double{rows.row(i)[d]};
+    }
+    const PaddedRows<float> products = product(rows, transposed(rows));
+    for (size_t i = 0; i < size_; ++i)
+      for (size_t j = 0; j < size_; ++j) {
+        const double square =
+            double{products.row(i)[i]} + double{products.row(j)[j]} - 2 * double{products.row(i)[j]};
+        costs_.row(i)[j] = static_cast<float>(std::max(0.0, square) * weights_[i] * weights_[j] /
+                                              (weights_[i] + weights_[j]));
+      }
+    for (size_t i = 0; i < size_; ++i) nearest_.push_back(nearestOf(i));
+  }
+
+  size_t left() const { return left_; }
+  double weight() const {
+    double sum = 0;
+    for (const double w : weights_) sum += w;
+    return sum;
+  }
+
+  // Two clusters whose merging costs least, and that cost.
+  struct Pair {
+    size_t first = 0, second = 0;
+    float cost = std::numeric_limits<float>::infinity();
+  };
+  Pair cheapest() const {
+    Pair best;
+    for (size_t i = 0; i < size_; ++i)
+      if (isAlive_[i] && nearest_[i] != i && costs_.row(i)[nearest_[i]] < best.cost)
+        best = {i, nearest_[i], costs_.row(i)[nearest_[i]]};
+    return best;
+  }
+
+  void merge(const Pair& pair) {
+    const auto [i, j] = std::minmax(pair.first, pair.second);
+    const double wi = weights_[i], wj = weights_[j];
+    for (size_t d = 0; d < dimension_; ++d) {
+      double& c = centroids_[i * dimension_ + d];
+      c = (wi * c + wj * centroids_[j * dimension_ + d]) / (wi + wj);
+    }
+    isAlive_[j] = 0;
+    --left_;
+    for (size_t k = 0; k < size_; ++k) {
+      if (!isAlive_[k] || k == i) continue;
+      const double wk = weights_[k];
+      const double cost = ((wi + wk) * double{costs_.row(i)[k]} + (wj + wk) * double{costs_.row(j)[k]} -
+                           wk * double{pair.cost}) /
+                          (wi + wj + wk);
+      costs_.row(i)[k] = costs_.row(k)[i] = static_cast<float>(std::max(0.0, cost));
+    }
+    weights_[i] = wi + wj;
+    weights_[j] = 0;
+    nearest_[i] = nearestOf(i);
+    for (size_t k = 0; k < size_; ++k) {
+      if (!isAlive_[k] || k == i) continue;
+      if (nearest_[k] == i || nearest_[k] == j)
+        nearest_[k] = nearestOf(k);
+      else if (costs_.row(k)[i] < costs_.row(k)[nearest_[k]])
+        nearest_[k] = i;
+    }
+  }
+
+  std::vector<float> centroids() const {
+    std::vector<float> result;
+    for (size_t i = 0; i < size_; ++i)
+      if (isAlive_[i])
+        for (size_t d = 0; d < dimension_; ++d)
+          result.push_back(static_cast<float>(centroids_[i * dimension_ + d]));
+    return result;
+  }
+
+private:
+  // The cluster that is cheapest to merge with; i itself if there is no other.
+  size_t nearestOf(size_t i) const {
+    size_t best = i;
+    float least = std::numeric_limits<float>::infinity();
+    for (size_t j = 0; j < size_; ++j)
+      if (isAlive_[j] && j != i && costs_.row(i)[j] < least) {
+        least = costs_.row(i)[j];
+        best = j;
+      }
+    return best;
+  }
+
+  size_t dimension_, size_;
+  std::vector<double> centroids_, weights_;
+  PaddedRows<float> costs_; // of merging i and j
+  std::vector<char> isAlive_;
+  std::vector<size_t> nearest_;
+  size_t left_;
+};
+
+} // namespace
+
+std::vector<float> pairwiseMerged(const VectorSet& vectors, size_t codewords, double distortion,
+                                  const Progress& progress) {
+  Clusters clusters(vectors);
+  const double tolerated = distortion * clusters.weight() * static_cast<double>(vectors.dimension);
+  double squares = 0;
+  while (clusters.left() > 1) {
+    progress.checkpoint();
+    const Clusters::Pair pair = clusters.cheapest();
+    const bool isFewEnough = codewords == 0 || clusters.left() <= codewords;
+    if (isFewEnough && squares + double{pair.cost} > tolerated) break;
+    clusters.merge(pair);
+    squares += double{pair.cost};
+  }
+  return clusters.centroids();
+}
 
 namespace {
 

@@ -5,7 +5,7 @@
 // [Equitz 1989] Equitz: A New Vector Quantization Clustering Algorithm.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -56,5 +56,34 @@ struct Codebook {
 // so far. The result is the same for any number of threads. Throws Error for values or weights that are not
 // finite, and weights that are not above 0; and Cancelled.
 Codebook codebookOf(const VectorSet& vectors, const CodebookOptions& options, const Progress& progress = {});
+
+// Nearest codewords of vectors, exactly.
+
+// |a - b|^2
+double squaredDistance(std::span<const float> a, std::span<const float> b);
+
+struct Assignment {
+  std::vector<uint32_t> indices; // nearest codeword of each vector
+  std::vector<double> squares;   // squared distance to it
+};
+
+// Nearest codeword of each vector; of several, the first, unless `before` names one of them. `before` may be
+// empty. Distances to all codewords are a product of matrices; those that are nearest within its rounding
+// error are computed again in double precision.
+Assignment nearestCodewords(const VectorSet& vectors, std::span<const float> codewords,
+                            std::span<const uint32_t> before);
+
+// Codebooks by merging pairs of clusters.
+
+// Largest number of vectors, evenly spread over the set, from which merging starts. Time and memory grow with
+// its square.
+inline constexpr size_t kMostPairwise = 4096;
+
+// Centroids of clusters. At first every vector is a cluster; then the two clusters whose merging adds least
+// to the distortion are merged, again and again [Equitz 1989]: w_i w_j / (w_i + w_j) |c_i - c_j|^2. Ends when
+// at most `codewords` are left (if `codewords` is above 0), and the next merging would bring the mean squared
+// error of a component above `distortion`.
+std::vector<float> pairwiseMerged(const VectorSet& vectors, size_t codewords, double distortion,
+                                  const Progress& progress);
 
 } // namespace surflect::lfm

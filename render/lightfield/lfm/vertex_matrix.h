@@ -5,10 +5,13 @@
 #pragma once
 
 #include "render/lightfield/lfm/patches.h"
-#include "surfel/base/progress.h"
+#include "render/lightfield/lfm/rings.h"
+#include "surfel/base/time.h"
+#include "surfel/math/space.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace surflect::lfm {
@@ -22,7 +25,7 @@ struct VertexMatrix {
   // of the photographs' directions, and in rows that no photograph sees; values there are extrapolated.
   std::vector<float> weights;
   // Number of rows that no photograph sees, which are filled from the rows around them. If no row is seen,
-  // values are 0 (unseen_vertices.h).
+  // values are 0.
   size_t unseenRows = 0;
   // Photographs that see every sample of a triangle, summed over the triangles whose corner 0 is this vertex:
   // the sum over all vertices counts each triangle once.
@@ -47,5 +50,19 @@ uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells, size_t c
 // Bytes of the triangles in the photographs that see them, which are resampled to one size: three for each
 // sample. `triangleViews` is summed over all vertices.  [Chen 2002, §6.1, Table 1: raw image size]
 uint64_t normalizedBytes(size_t triangleViews, size_t samples);
+
+// Roots of radiance (root_radiance.h) of vertices whose rings no photograph sees, from the vertices around
+// them.
+
+// Mean root of a vertex over the observed parts of its ring, weighted by the fades of photographs and the hat
+// function; 0 if nothing is observed. `rows` are those of the matrix.
+Vec3<float> meanRoot(const VertexMatrix& matrix, const RingRows& rows);
+
+// Gives each unseen vertex the mean of those neighbours that are seen, or that got a root in an earlier
+// round. Parts of the mesh without a seen vertex stay as they are. roots, isSeen: #positions.
+void spreadToUnseen(const Rings& rings, std::span<const uint8_t> isSeen, std::span<Vec3<float>> roots);
+
+// Matrix of a vertex with the same root everywhere, which counts as not observed.
+VertexMatrix constantMatrix(const RingRows& rows, size_t cells, const Vec3<float>& root);
 
 } // namespace surflect::lfm

@@ -1,6 +1,8 @@
 #include "render/lightfield/lfm/view_blend.h"
 
-#include "render/lightfield/lfm/delaunay.h"
+#include "render/lightfield/common/convex_hull.h"
+#include "surfel/base/error.h"
+#include "surfel/math/space.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -8,9 +10,42 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace surflect::lfm {
+
+ViewGrid::ViewGrid(int size) : size_(size) {
+  if (size < 2 || size > kLargest)
+    throw Error::mismatch("2 to " + std::to_string(kLargest), std::to_string(size)).at("grid");
+}
+
+DiscPoint ViewGrid::center(size_t cell) const {
+  const size_t side = static_cast<size_t>(size_);
+  return DiscPoint(static_cast<double>(cell % side) + 0.5, static_cast<double>(cell / side) + 0.5) / size_;
+}
+
+bool ViewGrid::isInDisc(size_t cell) const { return (2 * center(cell) - DiscPoint(1, 1)).squaredNorm() <= 1; }
+
+std::vector<std::array<uint32_t, 3>> delaunayTriangles(std::span<const DiscPoint> sites) {
+  DiscPoint middle = DiscPoint::Zero();
+  for (const DiscPoint& p : sites) middle += p / static_cast<double>(sites.size());
+  std::vector<Vec3<double>> lifted;
+  for (const DiscPoint& p : sites) lifted.emplace_back(p[0], p[1], (p - middle).squaredNorm());
+  // A point far above makes the hull solid even if all sites are on one circle.
+  lifted.emplace_back(middle[0], middle[1], 4.0);
+  const auto above = static_cast<uint32_t>(sites.size());
+  std::vector<std::array<uint32_t, 3>> triangles;
+  for (const auto& [a, b, c] : lightfield::convexHull(lifted)) {
+    if (a == above || b == above || c == above) continue;
+    std::array<uint32_t, 3> corners{a, c, b}; // as seen from above
+    if (!(doubledArea(sites[a], sites[c], sites[b]) > kLeastArea)) continue;
+    std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
+    triangles.push_back(corners);
+  }
+  std::ranges::sort(triangles);
+  return triangles;
+}
 
 namespace {
 

@@ -6,7 +6,7 @@
 // [Chen 2002, §5.2, Fig. 7] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once
 
-#include "render/lightfield/lfm/view_grid.h"
+#include "render/lightfield/lfm/direction_disc.h"
 
 #include <array>
 #include <cstddef>
@@ -15,6 +15,40 @@
 #include <vector>
 
 namespace surflect::lfm {
+
+// Regular grid of viewing directions: cells of the square around the disc of a vertex.  [Chen 2002, §5.2]
+// Cell (i, j) is stored at j * size + i, with its centre at ((i + 1/2) / size, (j + 1/2) / size), as the
+// texels of a texture.
+class ViewGrid {
+public:
+  // Throws Error unless 2 <= size <= kLargest.
+  explicit ViewGrid(int size = 32);
+  static constexpr int kLargest = 256;
+
+  int size() const { return size_; }
+  size_t cells() const { return static_cast<size_t>(size_) * static_cast<size_t>(size_); }
+  DiscPoint center(size_t cell) const;
+  // Returns whether the centre is in the disc. Other cells show no direction, and count in no reported error.
+  bool isInDisc(size_t cell) const;
+
+private:
+  int size_;
+};
+
+// Delaunay triangulation of points on the disc, called sites.
+
+// Twice the signed area of a triangle; positive if it is counter-clockwise.
+inline double doubledArea(const DiscPoint& a, const DiscPoint& b, const DiscPoint& c) {
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+// Least doubledArea() of a triangle that counts as one.
+inline constexpr double kLeastArea = 1e-10;
+
+// Triangles, counter-clockwise, each starting at its lowest corner, in rising order: the lower side of the
+// convex hull of the sites on a paraboloid, by Qhull. None if the sites are (nearly) collinear. Sites
+// (nearly) equal to others, and slivers along the border, may be left out. Sites are finite.
+std::vector<std::array<uint32_t, 3>> delaunayTriangles(std::span<const DiscPoint> sites);
 
 // Triangles between sites.
 struct SiteMesh {
@@ -27,7 +61,7 @@ struct SiteMesh {
   bool holdsFor(std::span<const DiscPoint> sites) const;
 };
 
-// Delaunay triangulation (delaunay.h); sites that are (nearly) collinear are joined along their line. Sites
+// Delaunay triangulation; sites that are (nearly) collinear are joined along their line. Sites
 // are finite.
 SiteMesh siteMesh(std::span<const DiscPoint> sites);
 

@@ -1,13 +1,103 @@
 #include "render/lightfield/lumigraph/build.h"
 
+#include "render/lightfield/common/pull_push.h"
 #include "render/lightfield/lumigraph/depth_geometry.h"
-#include "render/lightfield/lumigraph/lumigraph.h"
 #include "render/lightfield/lumigraph/lumigraph_file.h"
-#include "surfel/base/stopwatch.h"
+#include "render/lightfield/lumigraph/slab.h"
+#include "srf/image/half_float.h"
+#include "surfel/base/time.h"
 
+#include <Eigen/Core>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace surflect::lumigraph {
+
+namespace {
+
+// Sums of one picture, to be added in order.
+struct Sums {
+  size_t lines = 0;
+  double depth = 0, worstDepth = 0, offset = 0, worstOffset = 0;
+};
+
+Sums sumsOf(const Slab& slab, int i, int j, const RayCaster<AcquisitionSpace>& object,
+            const RayCaster<AcquisitionSpace>& geometry, int step) {
+  Sums sums;
+  const double p = std::abs(slab.stPlane - slab.uvPlane);
+  const double s = std::max(slab.stSpacing[0], slab.stSpacing[1]);
+  for (int row = step / 2; row < slab.height; row += step)
+    for (int column = step / 2; column < slab.width; column += step) {
+      const Line line =
+          slab.lineOf({static_cast<double>(i), static_cast<double>(j), column + 0.5, row + 0.5});
+      const auto truth = object.firstHit(line.origin, line.direction),
+                 found = geometry.firstHit(line.origin, line.direction);
+      if (!truth || !found) continue;
+      const double slant = std::abs(line.direction.raw()[slab.axis]); // depth along the line, per length
+      const double d = truth->distance * slant, e = found->distance * slant - d;
+      const double offset = std::abs(ghostOffset(p, e, s, d, slab.uvSpacing));
+      ++sums.lines;
+      sums.depth += std::abs(e), sums.worstDepth = std::max(sums.worstDepth, std::abs(e));
+      sums.offset += offset, sums.worstOffset = std::max(sums.worstOffset, offset);
+    }
+  return sums;
+}
+
+} // namespace
+
+DepthErrors depthErrors(const Slabs& slabs, const RayCaster<AcquisitionSpace>& object,
+                        const TriangleMesh& geometry, int step, const Progress& progress) {
+  assert(step >= 1);
+  const RayCaster<AcquisitionSpace> simplified(geometry, progress);
+  const int nodes = slabs[0].nodes;
+  const auto ofSlab = static_cast<size_t>(nodes * nodes);
+  std::vector<Sums> pictures(kSlabs * ofSlab);
+  tbb::parallel_for(size_t{0}, pictures.size(), [&](size_t picture) {
+    progress.checkpoint();
+    const auto node = static_cast<int>(picture % ofSlab);
+    pictures[picture] = sumsOf(slabs[picture / ofSlab], node % nodes, node / nodes, object, simplified, step);
+  });
+  DepthErrors errors;
+  for (const Sums& sums : pictures) {
+    errors.lines += sums.lines;
+    errors.meanDepth += sums.depth, errors.meanOffset += sums.offset;
+    errors.worstDepth = std::max(errors.worstDepth, sums.worstDepth);
+    errors.worstOffset = std::max(errors.worstOffset, sums.worstOffset);
+  }
+  const auto lines = static_cast<double>(std::max<size_t>(1, errors.lines));
+  errors.meanDepth /= lines, errors.meanOffset /= lines;
+  return errors;
+}
+
+std::vector<Texel> Resampler::picture(const Slab& slab, int i, int j, Tally& tally,
+                                      const Progress& progress) const {
+  std::vector<Eigen::Vector4f> colors(slab.nodeTexels());
+  std::vector<Sample::Kind> kinds(slab.nodeTexels());
+  tbb::parallel_for(0, slab.height, [&](int row) {
+    progress.checkpoint();
+    for (int column = 0; column < slab.width; ++column) {
+      const Sample sample =
+          at(slab.lineOf({static_cast<double>(i), static_cast<double>(j), column + 0.5, row + 0.5}));
+      const size_t texel = static_cast<size_t>(row) * slab.width + column;
+      kinds[texel] = sample.kind;
+      colors[texel] << sample.color, sample.kind == Sample::Kind::seen ? 1.f : 0.f;
+    }
+  });
+  lightfield::pullPush(colors, slab.width, slab.height);
+  std::vector<Texel> texels(slab.nodeTexels());
+  for (size_t texel = 0; texel < texels.size(); ++texel) {
+    for (int channel = 0; channel < 3; ++channel)
+      texels[texel][channel] = image::finiteHalf(colors[texel][channel]);
+    texels[texel][3] = image::nearestHalf(kinds[texel] == Sample::Kind::missed ? 0.f : 1.f);
+  }
+  tally.seen += std::ranges::count(kinds, Sample::Kind::seen);
+  tally.unseen += std::ranges::count(kinds, Sample::Kind::unseen);
+  tally.missed += std::ranges::count(kinds, Sample::Kind::missed);
+  return texels;
+}
 
 namespace {
 

@@ -1,6 +1,6 @@
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 
-#include "render/lightfield/common/texel_file.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/lumigraph/depth_geometry.h"
 #include "render/lightfield/lumigraph/slab.h"
 #include "surfel/base/archive.h"

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "render/lightfield/common/light_field_folder.h"
-#include "render/lightfield/lumigraph/lumigraph.h"
+#include "render/lightfield/lumigraph/slab.h"
 #include "srf/capture/capture.h"
 #include "surfel/base/file.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <filesystem>

@@ -2,12 +2,12 @@
 // pixel, in single precision. The class Reference (reference.h) is the plain form.
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/projection.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
-#include "render/lightfield/lumigraph/lumigraph.h"
+#include "render/lightfield/lumigraph/slab.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 #include "surfel/math/space.h"

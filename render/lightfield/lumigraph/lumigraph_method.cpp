@@ -1,14 +1,14 @@
 #include "render/lightfield/lumigraph/lumigraph_method.h"
 
 #include "render/gl/context.h"
-#include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/views.h"
 #include "render/lightfield/lumigraph/build.h"
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 #include "render/lightfield/lumigraph/lumigraph_frame.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>

@@ -12,7 +12,7 @@
 // where the lines of all nodes miss the object.
 #pragma once
 
-#include "render/lightfield/lumigraph/lumigraph.h"
+#include "render/lightfield/lumigraph/slab.h"
 
 #include <Eigen/Core>
 

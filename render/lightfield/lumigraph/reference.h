@@ -2,10 +2,10 @@
 // it.  [Azuma 1999, §4; Gortler 1996]
 #pragma once
 
-#include "render/lightfield/lumigraph/lumigraph.h"
+#include "render/lightfield/lumigraph/slab.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/ray_caster.h"
 
 namespace surflect::lumigraph {

@@ -4,7 +4,7 @@
 // [Vlasic 2003, §4.2] Vlasic et al.: Opacity Light Fields, I3D.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/math/space.h"
 

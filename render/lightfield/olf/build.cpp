@@ -5,7 +5,7 @@
 #include "render/lightfield/olf/opacity_hull.h"
 #include "render/lightfield/olf/packing.h"
 #include "render/lightfield/olf/triangle_blends.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <span>
 #include <vector>

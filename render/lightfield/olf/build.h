@@ -3,7 +3,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/olf/opacity_field.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #include "render/lightfield/olf/depth_peeling.h"
 
-#include "render/lightfield/olf/storage_bindings.h"
+#include "render/lightfield/olf/peeled_picture.h"
 
 #include <limits>
 

@@ -4,13 +4,12 @@
 // The paper keeps all layers, and blends them back to front; this is the same sum, and takes one layer.
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
-#include "render/gl/storage_buffer.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
-#include "render/lightfield/olf/frame_counts.h"
+#include "render/lightfield/olf/peeled_picture.h"
 
 #include <array>
 #include <cstddef>

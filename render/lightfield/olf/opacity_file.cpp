@@ -1,6 +1,6 @@
 #include "render/lightfield/olf/opacity_file.h"
 
-#include "render/lightfield/common/texel_file.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
 

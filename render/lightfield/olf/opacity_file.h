@@ -5,7 +5,7 @@
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/olf/opacity_field.h"
 #include "srf/capture/capture.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <filesystem>

@@ -7,21 +7,19 @@
 // and takes no memory.
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
-#include "render/gl/storage_buffer.h"
 #include "render/gl/texture.h"
-#include "render/gl/vertex_array.h"
 #include "render/lightfield/olf/bsp_tree.h"
 #include "render/lightfield/olf/depth_peeling.h"
-#include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/peeled_picture.h"
 #include "render/lightfield/olf/per_pixel_lists.h"
-#include "render/lightfield/olf/square_means.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <Eigen/Geometry>
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/lightfield/common/views.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

@@ -2,21 +2,130 @@
 
 #include "render/lightfield/lfm/factorization.h"
 #include "render/lightfield/lfm/map_shape.h"
-#include "render/lightfield/lfm/map_store.h"
-#include "render/lightfield/lfm/resolution.h"
+#include "render/lightfield/lfm/maps.h"
 #include "render/lightfield/lfm/vertex_matrix.h"
-#include "render/lightfield/olf/opacity_matrix.h"
+#include "render/lightfield/lfm/view_blend.h"
+#include "render/lightfield/olf/opacity_maps.h"
 #include "render/lightfield/olf/packing.h"
+#include "render/lightfield/olf/reference.h"
+#include "srf/image/half_float.h"
+#include "srf/image/image.h"
 #include "surfel/base/error.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <mutex>
 #include <span>
 #include <utility>
 
 namespace surflect::olf {
+
+namespace {
+
+using Views = std::vector<uint32_t>;
+
+// A surface point of a row.
+Vec3<double> pointOf(const Resampling& resampling, const lfm::RingRows& rows, uint32_t vertex, size_t row) {
+  const auto& [ringTriangle, sample] = rows.of(row)[0];
+  const uint32_t triangle = resampling.rings.around(vertex)[ringTriangle].triangle;
+  const Vec3<double> weights = resampling.patch.barycentrics(sample);
+  Vec3<double> point = Vec3<double>::Zero();
+  for (size_t k = 0; k < 3; ++k)
+    point += weights[static_cast<Eigen::Index>(k)] *
+             resampling.field.mesh.positions[resampling.rings.corners()[triangle][k]].raw().cast<double>();
+  return point;
+}
+
+Vec3<double> towards(const Resampling& resampling, uint32_t view, const Vec3<double>& point) {
+  return (resampling.field.cameras[view].center().raw() - point).normalized();
+}
+
+std::vector<lfm::DiscPoint> sitesOf(const Resampling& resampling, const Views& views, uint32_t vertex,
+                                    const Vec3<double>& point) {
+  std::vector<lfm::DiscPoint> sites;
+  for (const uint32_t view : views)
+    sites.push_back(lfm::discPoint(resampling.rings.frame(vertex),
+                                   assume<lfm::Direction>(towards(resampling, view, point))));
+  return sites;
+}
+
+Views viewsOf(const Resampling& resampling, uint32_t vertex) {
+  const std::span<const uint32_t> visible = resampling.field.visible.of(vertex);
+  const Vec3<double> p = resampling.field.mesh.positions[vertex].raw().cast<double>();
+  Views above;
+  for (const uint32_t view : visible)
+    if (towards(resampling, view, p).dot(resampling.rings.frame(vertex).z) > 0) above.push_back(view);
+  return above.empty() ? Views(visible.begin(), visible.end()) : above;
+}
+
+// Texels of the views at a point; transparent behind a camera.
+std::vector<Eigen::Vector4f> texelsOf(const OpacityField& field, const Views& views,
+                                      const Vec3<double>& point) {
+  std::vector<Eigen::Vector4f> texels;
+  for (const uint32_t view : views) {
+    const auto pixel = field.cameras[view].project(assume<Point3<AcquisitionSpace, double>>(point));
+    texels.push_back(pixel ? Eigen::Vector4f(texelAt(field.packed, view, *pixel).cast<float>())
+                           : Eigen::Vector4f(Eigen::Vector4f::Zero()));
+  }
+  return texels;
+}
+
+} // namespace
+
+lfm::LightFieldMatrix OpacityMatrix::view() const { return {rows, cells, values, weights, kMapChannels}; }
+
+OpacityMatrix opacityMatrix(const Resampling& resampling, const lfm::RingRows& rows, uint32_t vertex,
+                            const Progress& progress) {
+  const lfm::ViewGrid& grid = resampling.grid;
+  OpacityMatrix matrix{rows.rows(), grid.cells(), {}, {}};
+  matrix.values.assign(kMapChannels * matrix.rows * matrix.cells, 0);
+  matrix.weights.assign(matrix.rows * matrix.cells, 0);
+  const Views views = viewsOf(resampling, vertex);
+  if (views.empty()) return matrix;
+  const Vec3<double> middle = resampling.field.mesh.positions[vertex].raw().cast<double>();
+  const std::vector<lfm::DiscPoint> sitesOfVertex = sitesOf(resampling, views, vertex, middle);
+  const lfm::SiteMesh shared = lfm::siteMesh(sitesOfVertex);
+  const std::vector<lfm::CellBlend> blendsOfVertex = lfm::cellBlends(shared, sitesOfVertex, grid);
+  const Eigen::Array4f scale(static_cast<float>(1 / resampling.white),
+                             static_cast<float>(1 / resampling.white),
+                             static_cast<float>(1 / resampling.white), 1);
+  for (size_t row = 0; row < matrix.rows; ++row) {
+    progress.checkpoint();
+    const Vec3<double> point = pointOf(resampling, rows, vertex, row);
+    const std::vector<lfm::DiscPoint> sites = sitesOf(resampling, views, vertex, point);
+    const std::vector<lfm::CellBlend> blends =
+        lfm::cellBlends(shared.holdsFor(sites) ? shared : lfm::siteMesh(sites), sites, grid);
+    const std::vector<Eigen::Vector4f> texels = texelsOf(resampling.field, views, point);
+    for (size_t cell = 0; cell < matrix.cells; ++cell) {
+      Eigen::Array4f sum = Eigen::Array4f::Zero();
+      for (size_t k = 0; k < 3; ++k) sum += blends[cell].weights[k] * texels[blends[cell].sites[k]].array();
+      const Eigen::Array4f value = rows.hats[row] * (scale * sum).max(0.f).sqrt();
+      std::copy_n(value.data(), kMapChannels, &matrix.values[kMapChannels * (row * matrix.cells + cell)]);
+      matrix.weights[row * matrix.cells + cell] = blendsOfVertex[cell].isObserved && grid.isInDisc(cell);
+    }
+  }
+  return matrix;
+}
+
+double whiteLevel(const PackedViews& packed) {
+  constexpr double kShare = 0.995;
+  constexpr float kOpaque = 0.5f;
+  image::PercentileCounter values;
+  for (size_t view = 0; view < packed.views.size(); ++view)
+    for (int y = 0; y < packed.views[view].height; ++y)
+      for (int x = 0; x < packed.views[view].width; ++x) {
+        const Texel& texel = packed.layer(
+            view)[static_cast<size_t>(y) * static_cast<size_t>(packed.width) + static_cast<size_t>(x)];
+        if (const float alpha = image::floatOfHalf(texel[3]); alpha > kOpaque)
+          values.add(std::max({image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]),
+                               image::floatOfHalf(texel[2])}) /
+                     alpha);
+      }
+  const double level = values.percentile(kShare);
+  return level > 0 ? level : 1;
+}
 
 namespace {
 

@@ -1,4 +1,4 @@
-// Frames of opacity light field maps by OpenGL: referencePicture() of opacity_map_reference.h in single
+// Frames of opacity light field maps by OpenGL: referencePicture() of reference.h in single
 // precision, by lists of fragments or by depth peeling.
 //
 // [Vlasic 2003, §6.2, Appendix A.3]  A layer takes a pass for its depths, then one for all terms together, or
@@ -12,10 +12,9 @@
 #include "render/lightfield/lfm/lfm_frame.h"
 #include "render/lightfield/lfm/map_drawing.h"
 #include "render/lightfield/olf/depth_peeling.h"
-#include "render/lightfield/olf/frame_counts.h"
 #include "render/lightfield/olf/opacity_maps.h"
+#include "render/lightfield/olf/peeled_picture.h"
 #include "render/lightfield/olf/per_pixel_lists.h"
-#include "render/lightfield/olf/square_means.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 

@@ -1,16 +1,16 @@
 #include "render/gl/context.h"
-#include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_renderer.h"
-#include "render/lightfield/lfm/codebook_maps.h"
+#include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/lfm_method.h"
+#include "render/lightfield/lfm/quantization.h"
 #include "render/lightfield/lfm/tile.h"
-#include "render/lightfield/olf/mesh_rows.h"
+#include "render/lightfield/olf/opacity_field.h"
 #include "render/lightfield/olf/opacity_map_build.h"
-#include "render/lightfield/olf/opacity_map_file.h"
 #include "render/lightfield/olf/opacity_map_frame.h"
+#include "render/lightfield/olf/opacity_maps.h"
 #include "render/lightfield/olf/opacity_method.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ using method::row, method::words, method::wholeRange, method::Setting, method::O
 // ---------------------------------------------------------------------------------------------------------
 // Building
 
-struct BuildChoice {
+struct MapBuildChoice {
   MapBuildOptions options = {};
   MeshOptions mesh = {};
   std::optional<int> samples;
@@ -35,31 +35,32 @@ struct BuildChoice {
   bool s3tc = false;
 };
 
-method::Rows<BuildChoice> buildRows() {
-  method::Rows<BuildChoice> rows = meshRows<BuildChoice>();
+method::Rows<MapBuildChoice> mapBuildRows() {
+  method::Rows<MapBuildChoice> rows = meshRows<MapBuildChoice>();
   rows.insert(
       rows.end(),
-      {row<BuildChoice>("samples", [](auto& o) -> auto& { return o.samples; },
-                        {.domain = wholeRange(2, 256),
-                         .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
-       row<BuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
-                        {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
-                         .help = "cells of a view map along each side"}),
-       row<BuildChoice>(
+      {row<MapBuildChoice>(
+           "samples", [](auto& o) -> auto& { return o.samples; },
+           {.domain = wholeRange(2, 256),
+            .help = "samples along an edge of a triangle; default: as fine as the photographs"}),
+       row<MapBuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
+                           {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
+                            .help = "cells of a view map along each side"}),
+       row<MapBuildChoice>(
            "terms", [](auto& o) -> auto& { return o.options.terms; },
            {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
-       row<BuildChoice>(
+       row<MapBuildChoice>(
            "vq", [](auto& o) -> auto& { return o.codebookRatio; },
            {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
-       row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
-                        {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})});
+       row<MapBuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
+                           {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})});
   return rows;
 }
 
 method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
                                const Progress& progress) {
   const Stopwatch watch;
-  const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
+  const MapBuildChoice choice = method::applied(MapBuildChoice{}, mapBuildRows(), setting);
   MapBuildOptions options = choice.options;
   options.mesh = {choice.mesh.hull, choice.mesh.triangles.value_or(0)};
   options.visible = choice.mesh.visible;
@@ -107,31 +108,31 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
 // ---------------------------------------------------------------------------------------------------------
 // Rendering
 
-struct RenderOptions {
+struct MapRenderOptions {
   int samples = lightfield::kSamples;
   MapFrameOptions frame = {};
 };
 
-const method::Rows<RenderOptions>& renderRows() {
+const method::Rows<MapRenderOptions>& mapRenderRows() {
   const std::pair<std::string, std::vector<method::Value>> peeling{"order", {"peel"}};
-  static const method::Rows<RenderOptions> kRows{
-      lightfield::samplesRow<RenderOptions>(),
-      row<RenderOptions>("order", [](auto& o) -> auto& { return o.frame.order; },
-                         {.domain = words({"list", "peel"}),
-                          .paper = "peel",
-                          .help = "order of depths: a list for each pixel, or depth peeling"}),
-      row<RenderOptions>("terms", [](auto& o) -> auto& { return o.frame.terms; },
-                         {.domain = wholeRange(0, lfm::kMostTerms),
-                          .help = "approximation terms that are added to the mean"}),
-      row<RenderOptions>("passes", [](auto& o) -> auto& { return o.frame.passes; },
-                         {.domain = words({"single", "per_term"}),
-                          .paper = "per_term",
-                          .help = "one pass of a layer for all terms, or one for each",
-                          .needs = peeling}),
-      row<RenderOptions>("layers", [](auto& o) -> auto& { return o.frame.layers; },
-                         {.domain = wholeRange(1, kMostLayers),
-                          .help = "nearest layers of depth that are drawn, at most",
-                          .needs = peeling})};
+  static const method::Rows<MapRenderOptions> kRows{
+      lightfield::samplesRow<MapRenderOptions>(),
+      row<MapRenderOptions>("order", [](auto& o) -> auto& { return o.frame.order; },
+                            {.domain = words({"list", "peel"}),
+                             .paper = "peel",
+                             .help = "order of depths: a list for each pixel, or depth peeling"}),
+      row<MapRenderOptions>("terms", [](auto& o) -> auto& { return o.frame.terms; },
+                            {.domain = wholeRange(0, lfm::kMostTerms),
+                             .help = "approximation terms that are added to the mean"}),
+      row<MapRenderOptions>("passes", [](auto& o) -> auto& { return o.frame.passes; },
+                            {.domain = words({"single", "per_term"}),
+                             .paper = "per_term",
+                             .help = "one pass of a layer for all terms, or one for each",
+                             .needs = peeling}),
+      row<MapRenderOptions>("layers", [](auto& o) -> auto& { return o.frame.layers; },
+                            {.domain = wholeRange(1, kMostLayers),
+                             .help = "nearest layers of depth that are drawn, at most",
+                             .needs = peeling})};
   return kRows;
 }
 
@@ -141,7 +142,7 @@ struct OpenOpacityMaps {
   std::shared_ptr<const gl::Context> context;
   OpacityMapFrame frame;
   size_t terms = 0; // of the maps
-  RenderOptions options = {};
+  MapRenderOptions options = {};
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&, const Progress&,
             method::FrameLayers& layers) {
@@ -160,7 +161,7 @@ struct OpenOpacityMaps {
 };
 
 std::vector<Option> rowsOf(size_t terms, bool isPeeled) {
-  std::vector<Option> rows = method::optionsOf(renderRows());
+  std::vector<Option> rows = method::optionsOf(mapRenderRows());
   for (Option& option : rows) {
     if (option.name == "terms") {
       option.domain = wholeRange(0, static_cast<double>(terms));
@@ -172,8 +173,8 @@ std::vector<Option> rowsOf(size_t terms, bool isPeeled) {
   return rows;
 }
 
-std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const Setting& setting,
-                                       const Progress& progress) {
+std::unique_ptr<method::Renderer> openMaps(const std::filesystem::path& path, const Setting& setting,
+                                           const Progress& progress) {
   auto context = gl::contextOfThread();
   lightfield::LightFieldFolder folder(path, kMapFormat, kMapVersion, progress);
   const OpacityMaps maps = readMaps(folder, progress);
@@ -184,7 +185,7 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   const auto& positions = open->folder.mesh().positions;
   const bool isPeeled = setting.contains("order") && setting.at("order") == method::Value("peel");
   lightfield::LightFieldRenderer::Parts parts =
-      lightfield::partsOf(open, renderRows(),
+      lightfield::partsOf(open, mapRenderRows(),
                           {.method = olfmMethod().tag,
                            .folder = path,
                            .identity = fmt::format("opacity light field maps {} {}",
@@ -209,10 +210,10 @@ const method::Method& olfmMethod() {
                                           "opacity light field maps: light field maps of colour and alpha",
                                       .paper = "Vlasic et al. 2003, §6",
                                       .format = kMapFormat,
-                                      .buildOptions = method::optionsOf(buildRows()),
-                                      .renderOptions = method::optionsOf(renderRows()),
+                                      .buildOptions = method::optionsOf(mapBuildRows()),
+                                      .renderOptions = method::optionsOf(mapRenderRows()),
                                       .build = buildModel,
-                                      .open = open};
+                                      .open = openMaps};
   return kMethod;
 }
 

@@ -6,14 +6,18 @@
 // times alpha. Division by white brings all channels to one scale, so that factors fit them equally well.
 #pragma once
 
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/lfm/maps.h"
 #include "render/lightfield/lfm/radiance.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "srf/capture/capture.h"
+#include "surfel/base/time.h"
 
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 
 namespace surflect::olf {
 
@@ -35,5 +39,19 @@ inline Eigen::Vector4d colorAt(const OpacityMaps& maps, const lfm::TrianglePlace
   color[3] = std::min(color[3], 1.0);
   return color;
 }
+
+// Opacity light field maps on disk: a folder of light_field_folder.h, of format "surflect opacity light field
+// maps", specified in docs/format.md.
+inline constexpr const char* kMapFormat = "surflect opacity light field maps";
+inline constexpr int kMapVersion = 1;
+
+// Takes over a folder as LightFieldWriter does. The capture's training views are those that the maps were
+// made of. Throws Error and Cancelled.
+void writeMaps(const OpacityMaps& maps, const capture::Capture& capture, const std::filesystem::path& folder,
+               const Progress& progress = {});
+
+// Reads maps. Throws Error naming file and field for a folder that is damaged or of another format, and
+// Cancelled.
+OpacityMaps readMaps(const lightfield::LightFieldFolder& folder, const Progress& progress = {});
 
 } // namespace surflect::olf

@@ -1,14 +1,14 @@
 #include "render/lightfield/olf/opacity_method.h"
 
 #include "render/gl/context.h"
-#include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/views.h"
 #include "render/lightfield/olf/build.h"
-#include "render/lightfield/olf/mesh_rows.h"
+#include "render/lightfield/olf/opacity_field.h"
 #include "render/lightfield/olf/opacity_file.h"
 #include "render/lightfield/olf/opacity_frame.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>

@@ -5,7 +5,7 @@
 #include "render/lightfield/olf/opacity_field.h"
 #include "srf/image/image.h"
 #include "srf/image/resize.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <span>

@@ -1,7 +1,7 @@
 #include "render/lightfield/olf/per_pixel_lists.h"
 
+#include "render/lightfield/olf/peeled_picture.h"
 #include "render/lightfield/olf/shaders.h"
-#include "render/lightfield/olf/storage_bindings.h"
 
 #include <cstddef>
 

@@ -1,10 +1,10 @@
 #include "render/lightfield/olf/reference.h"
 
+#include "render/lightfield/lfm/tile.h"
 #include "srf/image/half_float.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -129,6 +129,16 @@ ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& 
   const std::vector<TriangleBlend> blends = blender.blends(origin);
   return composited(field.mesh, camera, [&](const FrontHit& hit, const Vec3<double>& direction) {
     return blendAt(field, blends[hit.triangle], origin + hit.distance * direction, hit.barycentric);
+  });
+}
+
+ReferencePicture referencePicture(const OpacityMaps& maps, const capture::Camera<AcquisitionSpace>& camera,
+                                  std::optional<size_t> terms) {
+  const OpacityMaps plain{lfm::decoded(maps.maps), maps.white, maps.order};
+  return composited(plain.maps.mesh, camera, [&](const FrontHit& hit, const Vec3<double>& direction) {
+    const lfm::TrianglePlace place{hit.triangle, hit.barycentric[1], hit.barycentric[2]};
+    return colorAt(plain, place, assume<lfm::Direction>(Vec3<double>(-direction.normalized())),
+                   terms.value_or(lfm::kMostTerms));
   });
 }
 

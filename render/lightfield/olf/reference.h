@@ -7,6 +7,7 @@
 #pragma once
 
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/opacity_maps.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
@@ -18,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 namespace surflect::olf {
 
@@ -49,5 +51,12 @@ composited(const TriangleMesh& mesh, const capture::Camera<AcquisitionSpace>& ca
 // Picture of blended views.
 ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
                                   const capture::Camera<AcquisitionSpace>& camera);
+
+// Pictures of opacity light field maps in double precision: every triangle that the ray of a pixel's centre
+
+// c = sum_i c_i prod_{j < i} (1 - alpha_j), with colorAt() of the first `terms` terms. Triangles at equal
+// depth are in the order of the mesh. The camera is a plain pinhole. Maps may be compressed.
+ReferencePicture referencePicture(const OpacityMaps& maps, const capture::Camera<AcquisitionSpace>& camera,
+                                  std::optional<size_t> terms = {});
 
 } // namespace surflect::olf

@@ -2,7 +2,7 @@
 
 #include "render/lightfield/lfm/rings.h"
 #include "surfel/base/error.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/time.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "render/lightfield/olf/opacity_field.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <array>

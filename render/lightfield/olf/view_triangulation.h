@@ -15,17 +15,79 @@
 // triangle near it to start from.
 #pragma once
 
+#include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/direction_disc.h"
-#include "render/lightfield/olf/closest_views.h"
+#include "render/lightfield/lfm/rings.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace surflect::olf {
+
+// The views that see each vertex of a mesh.  [Vlasic 2003, §3]
+
+// The views that count for a vertex.
+enum class Visible {
+  ring, // those in which its whole ring of triangles faces the viewer and is unoccluded, as in the paper
+  all   // all whose pictures hold the ring, as the paper proposes for objects that hide little of themselves
+};
+
+struct VisibleViews {
+  std::vector<uint32_t> first; // #positions + 1
+  std::vector<uint32_t> views; // of each vertex, in rising order
+  size_t unseenVertices = 0;   // which no view sees: they have the views that face them, or else all
+
+  std::span<const uint32_t> of(uint32_t vertex) const {
+    return std::span(views).subspan(first[vertex], first[vertex + 1] - first[vertex]);
+  }
+};
+
+// Visible views of each vertex of the rings, as indices of `training`. A triangle counts as unoccluded if
+// rays from seven of its points are: near the corners, near the middles of the edges, and its centroid.
+// Equal for any number of threads. Throws Cancelled.
+VisibleViews visibleViews(const lightfield::Views& views, std::span<const size_t> training,
+                          const lfm::Rings& rings, Visible rule, const Progress& progress = {});
+
+// Closest views of a vertex for a viewing direction, with their weights.
+// [Vlasic 2003] Vlasic et al.: Opacity Light Fields, I3D.   [Buehler 2001] as in srf/weights/ulr.h.
+// Symbols: C_i direction towards view i, d towards the viewer; p_i = 1 - cos(C_i, d) penalty, r_i relevance,
+// w_i weight.
+struct WeightedView {
+  uint32_t view = 0;
+  double weight = 0; // not negative
+};
+
+// At most three views; their weights sum to one unless there is none.
+class ClosestViews {
+public:
+  static constexpr size_t kMost = 3;
+
+  void push(WeightedView view) {
+    assert(count_ < kMost);
+    views_[count_++] = view;
+  }
+  size_t size() const { return count_; }
+  const WeightedView* begin() const { return views_.data(); }
+  const WeightedView* end() const { return views_.data() + count_; }
+  WeightedView* begin() { return views_.data(); }
+  WeightedView* end() { return views_.data() + count_; }
+
+private:
+  std::array<WeightedView, kMost> views_;
+  size_t count_ = 0;
+};
+
+// Blends the three views of least penalty by r_i = (cos_i - cos_k) / (1 - cos_i), where k = 4 is the next
+// one; with three views k = 3, so that two are blended; with fewer all, with cos_k = 0.
+// [Vlasic 2003, §5.1, Eqs. 1-4]  r is clamped at 0; if all are 0 the nearest view has the weight 1. The view
+// of a penalty is its index; views of equal penalties keep their order.
+ClosestViews ulrViews(std::span<const double> penalties);
 
 enum class Domain { sphere, plane };
 

@@ -4,7 +4,7 @@
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/slf/chart.h"
 #include "render/lightfield/slf/texel_radiance.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +22,7 @@ struct BuildOptions {
   size_t directions = 66;
   // Above 0: each region keeps its own subset of 258 sample directions (or of `directions`, if these are
   // more), so that the textures left out are reproduced within this error, relative to the white level of the
-  // photographs (adaptive_directions.h).
+  // photographs (resample.h).
   double tolerance = 0;
   Blend blend = Blend::ulr;
 };

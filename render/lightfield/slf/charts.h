@@ -3,7 +3,7 @@
 
 #include "render/lightfield/slf/chart.h"
 #include "render/lightfield/slf/regions.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

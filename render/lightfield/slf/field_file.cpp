@@ -1,13 +1,13 @@
 #include "render/lightfield/slf/field_file.h"
 
-#include "render/lightfield/common/texel_file.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/slf/charts.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
-#include "surfel/base/error_context.h"
 
 #include <algorithm>
 #include <cassert>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -127,6 +127,19 @@ std::vector<Texel> TextureFile::read(size_t region, size_t direction) const {
                               std::to_string(region));
   }
   return texels;
+}
+
+OpenedField openField(const std::filesystem::path& path, const Progress& progress) {
+  lightfield::LightFieldFolder folder(path, kFormatTag, kFormatVersion, progress);
+  OpenFile textures = folder.checked(kTexturesFile, progress);
+  const uint64_t texels = textures.bytes() / sizeof(Texel);
+  lightfield::requireTexels(textures, texels);
+  StoredField stored;
+  folder.read(kFieldFile, progress,
+              [&](std::span<const std::byte> bytes) { stored = parseField(bytes, folder.mesh(), texels); });
+  auto ofRegions =
+      std::make_unique<TextureFile>(std::move(textures), std::move(stored.places), stored.field.regions);
+  return {std::move(folder), std::move(stored.field), std::move(ofRegions)};
 }
 
 } // namespace surflect::slf

@@ -2,14 +2,16 @@
 // docs/format.md.
 #pragma once
 
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/slf/field.h"
 #include "surfel/base/file.h"
-#include "surfel/base/open_file.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -69,5 +71,16 @@ private:
   TexturePlaces places_;
   std::vector<size_t> sizes_; // texels of the textures of each region
 };
+
+// Opens the folder of a surface light field.
+struct OpenedField {
+  lightfield::LightFieldFolder folder;
+  Field field;
+  std::unique_ptr<const Textures> textures; // read from disk when asked for
+};
+
+// Reads all but the textures, whose checksum is checked. Throws Error with file and field for a folder that
+// is damaged or of another format, and Cancelled.
+OpenedField openField(const std::filesystem::path& folder, const Progress& progress = {});
 
 } // namespace surflect::slf

@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/pass_plan.h"
 
-#include "surfel/base/up_to.h"
+#include "surfel/base/text.h"
 
 #include <Eigen/Geometry>
 

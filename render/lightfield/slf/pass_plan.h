@@ -5,7 +5,7 @@
 // the camera instead, which is the same with the sign of all directions changed.
 #pragma once
 
-#include "render/gl/rect.h"
+#include "render/gl/framebuffer.h"
 #include "render/lightfield/slf/blackout_cone.h"
 #include "render/lightfield/slf/field.h"
 #include "srf/capture/camera.h"

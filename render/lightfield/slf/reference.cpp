@@ -1,6 +1,6 @@
 #include "render/lightfield/slf/reference.h"
 
-#include "render/lightfield/common/front_hit.h"
+#include "render/lightfield/common/ray_radiance.h"
 #include "srf/image/half_float.h"
 
 #include <tbb/parallel_for.h>

@@ -8,7 +8,7 @@
 #include "render/lightfield/slf/field.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/ray_caster.h"
 #include "surfel/math/space.h"
 

@@ -1,15 +1,14 @@
 #include "render/lightfield/slf/slf_method.h"
 
 #include "render/gl/context.h"
-#include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/views.h"
 #include "render/lightfield/slf/build.h"
 #include "render/lightfield/slf/field_file.h"
-#include "render/lightfield/slf/open_field.h"
 #include "render/lightfield/slf/slf_frame.h"
 #include "srf/image/resize.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>

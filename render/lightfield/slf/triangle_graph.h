@@ -1,7 +1,7 @@
 // Triangles of a mesh and their neighbours. Vertices at one position count as one place throughout.
 #pragma once
 
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <array>

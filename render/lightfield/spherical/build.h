@@ -4,19 +4,42 @@
 
 #include "render/lightfield/common/ray_radiance.h"
 #include "render/lightfield/common/views.h"
-#include "render/lightfield/spherical/resample.h"
+#include "render/lightfield/spherical/pencil_image.h"
 #include "render/lightfield/spherical/spherical_file.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
+#include "surfel/geometry/mesh.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace surflect::spherical {
+
+// Images of pencils from photographs, by rays along the pencil's direction.  [Domingo 2007, §3.1]
+
+// Sphere around a mesh, slightly enlarged so that the texels at the border of an image are empty. Throws
+// Error for a mesh without extent.
+Sphere sphereAround(const TriangleMesh& mesh, int size);
+
+// Heights on the object, continued smoothly to the texels beside it (pull_push.h).
+std::vector<Height> continuedHeights(std::span<const float> heights, const std::vector<bool>& isOnObject,
+                                     int size);
+
+struct ResampledImage {
+  std::vector<Texel> colors;
+  std::vector<Height> heights;
+  size_t seen = 0, unseen = 0; // texels whose ray meets the object, by whether a photograph sees it there
+};
+
+// Image towards a direction. A texel is the radiance of the ray through its centre. Colours that no
+// photograph sees are filled from those around them (pull_push.h). Throws Cancelled.
+ResampledImage resampled(const lightfield::RayRadiance& rays, const Sphere& sphere,
+                         const Vec3<double>& direction, int size, const Progress& progress = {});
 
 struct BuildOptions {
   size_t levels = 4; // 1..kMostLevels

@@ -1,10 +1,66 @@
 #include "render/lightfield/spherical/flight.h"
 
+#include "surfel/base/time.h"
+
 #include <algorithm>
 #include <limits>
 #include <map>
 
 namespace surflect::spherical {
+
+DetailControl::DetailControl(size_t levels, const ControlOptions& options)
+    : finest_(3 * (static_cast<int>(levels) - 1)), options_(options) {}
+
+double DetailControl::choose(const std::function<double(double detail)>& predicted) {
+  const auto fits = [&](int thirds, double share) {
+    return predicted(thirds / 3.0) <= share * options_.budget;
+  };
+  if (!fits(thirds_, 1)) {
+    while (thirds_ > 0 && !fits(thirds_, 1)) --thirds_;
+    waiting_ = options_.patience;
+    return thirds_ / 3.0;
+  }
+  if (waiting_ > 0) {
+    --waiting_;
+    return thirds_ / 3.0;
+  }
+  const int next = thirds_ + 1, whole = thirds_ / 3 * 3 + 3;
+  if (next <= finest_ && fits(next, options_.headroom))
+    thirds_ = next;
+  else if (whole <= finest_ && fits(whole, options_.headroom))
+    thirds_ = whole;
+  return thirds_ / 3.0;
+}
+
+OpenFlight::OpenFlight(const std::filesystem::path& folder, const CacheBudgets& budgets,
+                       const FlightOptions& options, const Progress& progress)
+    : folder_(folder, kFormat, kVersion, progress), file_(folder_), tree_(file_.shape().levels),
+      context_(gl::contextOfThread()),
+      slots_(slotsFor(file_.shape(), budgets, static_cast<size_t>(context_->describe().limits.arrayLayers))),
+      frame_(tree_, file_.shape(), slots_.gpu), loader_(file_),
+      model_(tree_.levels(), measuredTimes(file_, frame_)), cache_(slots_, loader_, frame_),
+      flight_(tree_, cache_, model_, options) {}
+
+FrameTimes measuredTimes(const SphericalFile& file, SphericalFrame& frame) {
+  constexpr double kLeast = 1e-6; // a clock's step
+  const Stopwatch reading;
+  const PencilImage image = file.read(0);
+  FrameTimes times;
+  times.disk = std::max(kLeast, reading.seconds());
+  const gl::Stopwatch uploading;
+  frame.upload(0, image); // into a slot that nothing has yet
+  times.main = std::max(kLeast, uploading.seconds());
+  return times;
+}
+
+FrameRecord OpenFlight::frame(const capture::Camera<AcquisitionSpace>& camera, const Look& look,
+                              int samples) {
+  const Stopwatch watch;
+  return flight_.frame(windowOf(camera, shape().sphere), look,
+                       {[&](const Look& chosen) { frame_.begin(camera, chosen, samples); },
+                        [&](std::span<const TexturedTriangle> triangles) { frame_.add(triangles); },
+                        [] { gl::finish(); }, [&] { return watch.seconds(); }});
+}
 
 Flight::Flight(const DirectionTree& tree, ImageCache& cache, FrameTimeModel& model,
                const FlightOptions& options)

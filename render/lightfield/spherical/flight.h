@@ -1,14 +1,49 @@
 // Frames one after another, each at the level of detail that its time allows.  [Domingo 2007, §4]
 #pragma once
 
-#include "render/lightfield/spherical/detail_control.h"
+#include "render/gl/context.h"
+#include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/spherical/frame_time_model.h"
 #include "render/lightfield/spherical/player.h"
+#include "render/lightfield/spherical/spherical_file.h"
+#include "render/lightfield/spherical/spherical_frame.h"
+#include "srf/capture/camera.h"
+#include "surfel/base/time.h"
 
+#include <cstddef>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 
 namespace surflect::spherical {
+
+// Choice of the level of detail whose predicted time fits a budget.
+//
+// [Domingo 2007, §4.2]: the highest level of detail that satisfies the frame rate. Steps upwards go by thirds
+// of a level, so that nothing pops, unless the blend of two levels costs too much where the finer one alone
+// does not. Steps downwards are taken at once. Hysteresis: a step upwards needs headroom, and some frames
+// since the last step downwards.
+struct ControlOptions {
+  double budget = 0.1;    // seconds a frame
+  double headroom = 0.92; // share of the budget that a step upwards may use
+  int patience = 4;       // frames from a step downwards to one upwards
+};
+
+class DetailControl {
+public:
+  // Starts at level 0.
+  DetailControl(size_t levels, const ControlOptions& options);
+
+  double budget() const { return options_.budget; }
+  // Level of detail of the next frame, in thirds. `predicted`: seconds of that frame at a level of detail.
+  double choose(const std::function<double(double detail)>& predicted);
+
+private:
+  int finest_; // in thirds, as the following
+  ControlOptions options_;
+  int thirds_ = 0, waiting_ = 0;
+};
 
 // Target of a flight's frames, and its clock.
 struct Canvas {
@@ -52,6 +87,41 @@ private:
   FrameTimeModel& model_;
   FlightOptions options_;
   std::optional<DetailControl> control_;
+};
+
+// A field in a folder, flown through: its files, its cache and its frames by OpenGL together.
+
+// Times of an image from disk and to the GPU, measured with a frame that has no images yet: start values.
+FrameTimes measuredTimes(const SphericalFile& file, SphericalFrame& frame);
+
+// Belongs to the thread that opens it, as its context does.
+class OpenFlight {
+public:
+  // Loads the images of level 0, and measures how long an image takes from disk and to the GPU, as start
+  // values of the frame times. Throws Error as SphericalRenderer does, and Cancelled.
+  OpenFlight(const std::filesystem::path& folder, const CacheBudgets& budgets, const FlightOptions& options,
+             const Progress& progress = {});
+
+  const FieldShape& shape() const { return file_.shape(); }
+  const lightfield::LightFieldFolder& folder() const { return folder_; }
+  // Draws a frame with samples x samples for each pixel. Throws Error where an image cannot be read, and for
+  // a camera that is not a pinhole or distorts.
+  FrameRecord frame(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples);
+  // Picture of the last frame.
+  Picture picture() { return frame_.read(false); }
+  FrameTimes times(double detail) const { return model_.times(detail); }
+
+private:
+  lightfield::LightFieldFolder folder_;
+  SphericalFile file_;
+  DirectionTree tree_;
+  std::shared_ptr<const gl::Context> context_;
+  CacheSlots slots_;
+  SphericalFrame frame_;
+  TaskLoader loader_;
+  FrameTimeModel model_;
+  ImageCache cache_;
+  Flight flight_;
 };
 
 } // namespace surflect::spherical

@@ -3,11 +3,110 @@
 #include "surfel/base/error.h"
 
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cassert>
+#include <condition_variable>
+#include <deque>
 #include <exception>
+#include <mutex>
+#include <utility>
 
 namespace surflect::spherical {
+
+std::optional<uint32_t> LruSlots::find(ImageNumber image) const {
+  const auto found = slotOf_.find(image);
+  return found == slotOf_.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::optional<uint32_t> LruSlots::give(ImageNumber image) {
+  assert(!slotOf_.contains(image));
+  std::optional<uint32_t> best;
+  for (uint32_t s = 0; s < slots_.size(); ++s) {
+    const Slot& slot = slots_[s];
+    if (!slot.image) {
+      best = s;
+      break;
+    }
+    if (!slot.isPinned && slot.used < now_ && (!best || slot.used < slots_[*best].used)) best = s;
+  }
+  if (!best) return std::nullopt;
+  if (slots_[*best].image) slotOf_.erase(*slots_[*best].image);
+  slots_[*best] = {image, now_, false};
+  slotOf_[image] = *best;
+  return best;
+}
+
+void LruSlots::remove(ImageNumber image) {
+  const auto found = slotOf_.find(image);
+  assert(found != slotOf_.end());
+  slots_[found->second] = {};
+  slotOf_.erase(found);
+}
+
+struct TaskLoader::State {
+  const ImageSource& source;
+  const int tasks;
+  tbb::task_arena arena{tasks, 0};
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<ImageNumber> waiting;
+  std::vector<LoadedImage> loaded;
+  int running = 0;
+  bool isEnding = false;
+
+  State(const ImageSource& from, int count) : source(from), tasks(count) {}
+
+  LoadedImage load(ImageNumber number) const {
+    try {
+      return {number, std::make_shared<const PencilImage>(source.read(number)), {}};
+    } catch (...) {
+      return {number, {}, std::current_exception()};
+    }
+  }
+  // Loads what is waiting until nothing is.
+  void run() {
+    std::unique_lock lock(mutex);
+    while (!waiting.empty() && !isEnding) {
+      const ImageNumber number = waiting.front();
+      waiting.pop_front();
+      lock.unlock();
+      LoadedImage image = load(number);
+      lock.lock();
+      loaded.push_back(std::move(image));
+      changed.notify_all();
+    }
+    --running;
+    changed.notify_all();
+  }
+};
+
+TaskLoader::TaskLoader(const ImageSource& source, int tasks)
+    : state_(std::make_unique<State>(
+          source, tasks > 0 ? tasks : std::max(1, tbb::this_task_arena::max_concurrency() - 1))) {}
+
+TaskLoader::~TaskLoader() {
+  std::unique_lock lock(state_->mutex);
+  state_->isEnding = true;
+  state_->changed.wait(lock, [&] { return state_->running == 0; });
+}
+
+void TaskLoader::request(ImageNumber image) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->waiting.push_back(image);
+    if (state_->running == state_->tasks) return;
+    ++state_->running;
+  }
+  state_->arena.enqueue([state = state_.get()] { state->run(); });
+}
+
+std::vector<LoadedImage> TaskLoader::finished(bool wait) {
+  std::unique_lock lock(state_->mutex);
+  if (wait) state_->changed.wait(lock, [&] { return !state_->loaded.empty() || state_->running == 0; });
+  return std::exchange(state_->loaded, {});
+}
 
 namespace {
 

@@ -4,17 +4,82 @@
 // memory, so that neither budget is ever exceeded.
 #pragma once
 
-#include "render/lightfield/spherical/image_loader.h"
-#include "render/lightfield/spherical/lru_slots.h"
+#include "render/lightfield/spherical/direction_tree.h"
 #include "render/lightfield/spherical/spherical_file.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <vector>
 
 namespace surflect::spherical {
+
+// Slots for images: a new image takes the place of the least recently used one that is not needed now.
+class LruSlots {
+public:
+  explicit LruSlots(size_t slots) : slots_(slots) {}
+
+  size_t size() const { return slots_.size(); }
+  size_t used() const { return slotOf_.size(); }
+  std::optional<uint32_t> find(ImageNumber image) const;
+
+  // Images that are touched from now on keep their slots until the next call.
+  void release() { ++now_; }
+  // The image has a slot.
+  void touch(ImageNumber image) { slots_[slotOf_.at(image)].used = now_; }
+  // Pinned images always keep their slots. The image has one.
+  void pin(ImageNumber image) { slots_[slotOf_.at(image)].isPinned = true; }
+  void unpin(ImageNumber image) { slots_[slotOf_.at(image)].isPinned = false; }
+  // Gives an image without slot one, and touches it. Empty if all slots are pinned or have been touched since
+  // release().
+  std::optional<uint32_t> give(ImageNumber image);
+  void remove(ImageNumber image);
+
+private:
+  struct Slot {
+    std::optional<ImageNumber> image;
+    uint64_t used = 0;
+    bool isPinned = false;
+  };
+
+  std::vector<Slot> slots_;
+  std::unordered_map<ImageNumber, uint32_t> slotOf_;
+  uint64_t now_ = 1;
+};
+
+// Loading of images in the background.
+struct LoadedImage {
+  ImageNumber number = 0;
+  std::shared_ptr<const PencilImage> image; // or none, and `failure`
+  std::exception_ptr failure;
+};
+
+class ImageLoader {
+public:
+  virtual ~ImageLoader() = default;
+  // Starts loading an image.
+  virtual void request(ImageNumber image) = 0;
+  // Images that have been loaded since the last call, in any order. `wait`: waits for at least one, unless
+  // none is being loaded.
+  virtual std::vector<LoadedImage> finished(bool wait) = 0;
+};
+
+// Reads images from a source, which must outlive the loader, by tasks of TBB.
+class TaskLoader : public ImageLoader {
+public:
+  // `tasks` images at once; 0: as many as TBB has threads beside this one.
+  explicit TaskLoader(const ImageSource& source, int tasks = 0);
+  ~TaskLoader() override;
+  void request(ImageNumber image) override;
+  std::vector<LoadedImage> finished(bool wait) override;
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 // Images on the GPU, by slot.
 class TextureStore {

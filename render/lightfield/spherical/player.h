@@ -2,17 +2,28 @@
 // that is on the GPU.  [Domingo 2007, §4.1]
 #pragma once
 
-#include "render/lightfield/spherical/frame_plan.h"
+#include "render/lightfield/spherical/direction_tree.h"
 #include "render/lightfield/spherical/image_cache.h"
+#include "render/lightfield/spherical/pencil_weights.h"
 #include "render/lightfield/spherical/spherical_frame.h"
-#include "surfel/base/progress.h"
+#include "render/lightfield/spherical/visible_pencils.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <functional>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace surflect::spherical {
+
+// Plan of a frame: the triangles and images that it draws, before any image is loaded.
+struct FramePlan {
+  std::vector<WeightedTriangle> triangles; // in the order of drawing
+  std::vector<ImageNumber> images; // of these triangles, each once, in the order of its first triangle
+};
+
+FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look);
 
 // Work of a frame, by which its time is predicted.
 struct FrameCounts {

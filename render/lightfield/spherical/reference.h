@@ -3,11 +3,10 @@
 #pragma once
 
 #include "render/lightfield/spherical/direction_tree.h"
-#include "render/lightfield/spherical/look.h"
 #include "render/lightfield/spherical/spherical_file.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <functional>
 

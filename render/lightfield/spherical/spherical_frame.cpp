@@ -1,8 +1,8 @@
 #include "render/lightfield/spherical/spherical_frame.h"
 
+#include "render/gl/buffers.h"
 #include "render/gl/draw.h"
 #include "render/gl/projection.h"
-#include "render/gl/vertex_array.h"
 #include "render/lightfield/spherical/reprojection.h"
 #include "render/lightfield/spherical/shaders.h"
 #include "render/lightfield/spherical/visible_pencils.h"

@@ -1,14 +1,14 @@
 #include "render/lightfield/spherical/spherical_method.h"
 
 #include "render/gl/context.h"
-#include "render/lightfield/common/build_views.h"
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/spherical/flight.h"
 #include "render/lightfield/spherical/image_cache.h"
-#include "render/lightfield/spherical/open_flight.h"
 #include "surfel/base/error.h"
-#include "surfel/base/hash.h"
-#include "surfel/base/stopwatch.h"
+#include "surfel/base/file.h"
+#include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
 #include <fmt/format.h>

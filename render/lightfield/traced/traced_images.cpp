@@ -5,7 +5,7 @@
 #include "render/stage/tracer.h"
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"
-#include "surfel/base/hash.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 
 #include "render/lightfield/spherical/build.h"
 #include "render/stage/stage_file.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <filesystem>
 

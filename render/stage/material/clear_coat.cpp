@@ -1,7 +1,7 @@
 #include "render/stage/material/clear_coat.h"
 
 #include "render/stage/material/fresnel.h"
-#include "render/stage/material/reflection.h"
+#include "render/stage/material/ggx.h"
 
 #include <cassert>
 

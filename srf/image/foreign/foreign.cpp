@@ -1,7 +1,7 @@
 #include "srf/image/foreign/foreign.h"
 
-#include "srf/image/picture_limits.h"
-#include "surfel/base/message_text.h"
+#include "srf/image/image.h"
+#include "surfel/base/text.h"
 
 #include <OpenImageIO/imageio.h>
 

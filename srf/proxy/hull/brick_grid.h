@@ -2,7 +2,7 @@
 #pragma once
 
 #include "srf/proxy/hull/silhouette_view.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/proxy/hull/silhouette_view.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <vector>
 

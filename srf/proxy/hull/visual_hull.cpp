@@ -3,7 +3,6 @@
 #include "srf/proxy/hull/bad_views.h"
 #include "srf/proxy/hull/bounds.h"
 #include "srf/proxy/hull/brick_grid.h"
-#include "srf/proxy/hull/smoothing.h"
 #include "srf/proxy/hull/surface_nets.h"
 #include "surfel/base/error.h"
 

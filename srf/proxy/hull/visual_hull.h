@@ -3,7 +3,7 @@
 #pragma once
 
 #include "srf/proxy/hull/silhouette_view.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <cstddef>

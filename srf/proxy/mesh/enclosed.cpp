@@ -1,6 +1,6 @@
 #include "srf/proxy/mesh/enclosed.h"
 
-#include "surfel/base/evenly_spaced.h"
+#include "surfel/base/text.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>

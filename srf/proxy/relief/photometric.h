@@ -12,7 +12,7 @@
 #include "srf/capture/rig.h"
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
-#include "surfel/base/progress.h"
+#include "surfel/base/time.h"
 
 #include <span>
 

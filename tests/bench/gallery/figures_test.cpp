@@ -1,7 +1,7 @@
 #include "bench/gallery/figures.h"
 
 #include "render/film/frame_file.h"
-#include "render/method/frame_layers.h"
+#include "render/method/renderer.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"

@@ -1,9 +1,7 @@
-#include "render/chart/chart_files.h"
 #include "render/chart/front.h"
 #include "render/chart/make_chart.h"
 #include "render/chart/measurements.h"
 #include "render/chart/samples.h"
-#include "render/chart/settings.h"
 #include "render/chart/subject.h"
 
 #include "srf/capture/capture.h"

@@ -1,7 +1,7 @@
 #include "render/chart/report.h"
 
 #include "render/chart/svg.h"
-#include "surfel/base/base64.h"
+#include "surfel/base/text.h"
 
 #include <cmath>
 #include <regex>

@@ -5,7 +5,37 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 namespace surflect::evaluation {
+
+namespace {
+
+// Three pixels of the object and one beside it; their predicted errors rise from 0.
+TEST(Trust, CountsPixelsOfTheObjectWhosePredictedErrorIsSmall) {
+  image::Image color(4, 1, 4), error(4, 1, 1);
+  for (size_t pixel = 0; pixel < 4; ++pixel) {
+    color.values[4 * pixel + 3] = pixel == 3 ? 0.25f : 1;
+    error.values[pixel] = 0.02f * static_cast<float>(pixel);
+  }
+  const Trust trust = trustIn(color, error, 1);
+  EXPECT_EQ(trust.pixels, 3u);
+  EXPECT_EQ(trust.trusted, 2u); // 0 and 0.02 are below 10/255, 0.04 is not
+  EXPECT_EQ(trustIn(color, error, 2).trusted, 3u);
+  EXPECT_EQ(trustIn(color, error, 0).trusted, 1u);
+}
+
+TEST(Trust, AddsUpOverPictures) {
+  Trust film{10, 4};
+  film += {30, 26};
+  EXPECT_DOUBLE_EQ(film.share(), 0.75);
+  EXPECT_DOUBLE_EQ(Trust().share(), 1);
+}
+
+} // namespace
+
 namespace {
 
 class Unreached : public ::testing::Test {
@@ -44,4 +74,107 @@ TEST_F(Unreached, OneInOtherUnitsIsTold) {
 }
 
 } // namespace
+
+namespace {
+
+std::vector<double> randomValues(size_t count, uint32_t seed) {
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<double> values(count);
+  for (double& value : values) value = uniform(rng);
+  return values;
+}
+
+std::vector<double> mapped(std::vector<double> values, double (*function)(double)) {
+  std::ranges::transform(values, values.begin(), function);
+  return values;
+}
+
+TEST(RankCorrelation, EqualValuesShareTheMeanOfTheirRanks) {
+  EXPECT_EQ(ranksOf(std::vector<double>{5, 1, 5, 5, 0}), (std::vector<double>{3, 1, 3, 3, 0}));
+}
+
+TEST(RankCorrelation, IsOneForAnyRisingFunctionAndMinusOneForAnyFallingOne) {
+  const std::vector<double> a = randomValues(500, 1);
+  const auto rising = [](double x) { return std::exp(3 * x); };
+  const auto falling = [](double x) { return -x * x * x; };
+  EXPECT_NEAR(rankCorrelation(a, mapped(a, rising)).value(), 1, 1e-12);
+  EXPECT_NEAR(rankCorrelation(a, mapped(a, falling)).value(), -1, 1e-12);
+}
+
+TEST(RankCorrelation, OfIndependentValuesIsNearZero) {
+  EXPECT_LT(std::abs(rankCorrelation(randomValues(4000, 1), randomValues(4000, 2)).value()), 0.05);
+}
+
+// Without ties it is 1 - 6 sum d^2 / (n (n^2 - 1)), where d is the difference of ranks.
+TEST(RankCorrelation, IsTheClosedFormWithoutTies) {
+  const std::vector<double> a = randomValues(40, 3), b = randomValues(40, 4);
+  const std::vector<double> ranksA = ranksOf(a), ranksB = ranksOf(b);
+  double squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) squares += (ranksA[i] - ranksB[i]) * (ranksA[i] - ranksB[i]);
+  EXPECT_NEAR(rankCorrelation(a, b).value(), 1 - 6 * squares / (40 * (40 * 40 - 1)), 1e-12);
+}
+
+TEST(RankCorrelation, DoesNotDependOnTheOrderInWhichTiesAreListed) {
+  const std::vector<double> a{1, 1, 2, 2, 3, 3}, b{1, 2, 3, 4, 5, 6}, swapped{2, 1, 4, 3, 6, 5};
+  EXPECT_DOUBLE_EQ(rankCorrelation(a, b).value(), rankCorrelation(a, swapped).value());
+  EXPECT_LT(rankCorrelation(a, b).value(), 1);
+}
+
+TEST(RankCorrelation, IsNothingForAConstant) {
+  EXPECT_FALSE(rankCorrelation(std::vector<double>{1, 2, 3}, std::vector<double>{4, 4, 4}));
+  EXPECT_FALSE(rankCorrelation(std::vector<double>{1}, std::vector<double>{2}));
+  EXPECT_FALSE(rankCorrelation({}, {}));
+}
+
+} // namespace
+
+namespace {
+
+const std::vector<double> errorOfPart{3, 1, 4, 1, 5, 9, 2, 6, 5, 3};
+
+std::vector<double> scaled(std::vector<double> values, double factor) {
+  for (double& value : values) value *= factor;
+  return values;
+}
+
+TEST(Sparsification, BeginsWithTheErrorOfAllParts) {
+  double sum = 0;
+  for (const double e : errorOfPart) sum += e * e;
+  const Sparsification curves = sparsify(errorOfPart, scaled(errorOfPart, -1), 5);
+  EXPECT_DOUBLE_EQ(curves.best[0], std::sqrt(sum / 10));
+  EXPECT_DOUBLE_EQ(curves.byPrediction[0], curves.best[0]);
+}
+
+// Half of the parts taken away leaves the errorOfPart 1, 1, 2, 3, 3.
+TEST(Sparsification, ThatOfAPerfectOrderIsTheBestAndFalls) {
+  const Sparsification curves = sparsify(errorOfPart, scaled(errorOfPart, 0.1), 10);
+  for (size_t step = 0; step < 10; ++step)
+    EXPECT_DOUBLE_EQ(curves.byPrediction[step], curves.best[step]) << step;
+  for (size_t step = 1; step < 10; ++step) EXPECT_LE(curves.best[step], curves.best[step - 1]) << step;
+  EXPECT_DOUBLE_EQ(curves.best[5], std::sqrt(24 / 5.0));
+  EXPECT_DOUBLE_EQ(sparsificationError(curves), 0);
+}
+
+TEST(Sparsification, AReversedOrderRisesAboveEveryOther) {
+  const Sparsification reversed = sparsify(errorOfPart, scaled(errorOfPart, -1), 10),
+                       other = sparsify(errorOfPart, std::vector<double>{2, 7, 1, 8, 2, 8, 1, 8, 2, 8}, 10);
+  EXPECT_DOUBLE_EQ(reversed.byPrediction[9], 9);
+  EXPECT_GT(sparsificationError(reversed), sparsificationError(other));
+  EXPECT_GT(sparsificationError(other), 0);
+}
+
+TEST(Sparsification, AConstantPredictionLeavesAFlatCurve) {
+  for (const double left : sparsify(errorOfPart, std::vector<double>(10, 0.5), 10).byPrediction)
+    EXPECT_NEAR(left, std::sqrt(207 / 10.0), 1e-12);
+}
+
+TEST(Sparsification, NothingIsLeftOfNothing) {
+  EXPECT_TRUE(sparsify({}, {}, 10).best.empty());
+  EXPECT_EQ(sparsificationError(sparsify({}, {}, 10)), 0);
+  EXPECT_EQ(sparsificationError(sparsify(std::vector<double>{0, 0}, std::vector<double>{1, 2}, 2)), 0);
+}
+
+} // namespace
+
 } // namespace surflect::evaluation

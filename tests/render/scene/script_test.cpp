@@ -3,7 +3,6 @@
 #include "render/scene/scene.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/text.h"
 

@@ -1,5 +1,5 @@
 #include "render/stage/exposure.h"
-#include "render/stage/stage_capture.h"
+#include "render/stage/stage_pictures.h"
 #include "srf/calibration/response.h"
 #include "srf/capture/photograph.h"
 #include "surfel/base/file.h"

@@ -1,6 +1,6 @@
 #include "render/surfels/prepared_environment.h"
 
-#include "render/scene/environment_files.h"
+#include "render/scene/scene.h"
 #include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/queries.h"

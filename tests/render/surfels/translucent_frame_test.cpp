@@ -1,7 +1,7 @@
 // Frames of translucent objects.
+#include "render/surfels/develop.h"
 #include "render/surfels/frame.h"
 #include "render/surfels/reference.h"
-#include "render/surfels/translucent_layers.h"
 #include "tests/render/films.h"
 #include "tests/render/scene.h"
 

@@ -1,6 +1,5 @@
 #include "srf/codec/block.h"
 
-#include "srf/codec/block_bound.h"
 #include "srf/codec/block_encoder.h"
 #include "tests/srf/codec/synthetic.h"
 #include "tests/support/each_simd.h"

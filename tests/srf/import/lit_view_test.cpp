@@ -1,9 +1,8 @@
 #include "srf/import/lit_view.h"
 
-#include "srf/capture/limits.h"
+#include "srf/capture/rig.h"
 #include "srf/import/import.h"
-#include "srf/import/light_file.h"
-#include "srf/import/listing.h"
+#include "srf/import/text.h"
 #include "tests/srf/import/vision_camera.h"
 
 #include <cmath>

@@ -3,7 +3,6 @@
 #include "srf/model/manifest.h"
 #include "srf/weights/shadow_state.h"
 #include "surfel/base/file.h"
-#include "surfel/base/hash.h"
 #include "tests/support/patience.h"
 #include "tests/support/synthetic_capture.h"
 

@@ -1,6 +1,6 @@
 #include "surfel/base/archive.h"
 
-#include "surfel/base/hash.h"
+#include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/damage.h"
 

@@ -1,7 +1,6 @@
 #include "surfel/base/file.h"
 
 #include "surfel/base/error.h"
-#include "surfel/base/open_file.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 

@@ -2,7 +2,10 @@
 
 #include "tests/srf/image/files.h"
 
+#include <gtest/gtest.h>
+
 namespace surflect {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,4 +46,34 @@ TEST(Folder, ThatOneCannotBeIsKnownWithoutMakingIt) {
 }
 
 } // namespace
+
+namespace {
+
+const FolderIdentity kOurs = {"test.identity", "ours\n", "is of another test"};
+
+TEST(ResumableFolder, IsClaimedOnceAndResumedByTheSameIdentityAlone) {
+  const image::TemporaryFolder folder;
+  const std::filesystem::path output = folder / "a/b";
+  requireResumable(output, kOurs);
+  claimFolder(output, kOurs);
+  image::writeBytes(output / "images/kept.exr", "kept");
+  requireResumable(output, kOurs);
+  claimFolder(output, kOurs);
+  EXPECT_EQ(image::contentOf(output),
+            (std::map<std::string, std::string>{{"images/kept.exr", "kept"}, {"test.identity", "ours\n"}}));
+  const FolderIdentity theirs = {"test.identity", "theirs\n", "is of another test"};
+  EXPECT_NE(image::errorOf([&] { requireResumable(output, theirs); }).find("is of another test: give"),
+            std::string::npos);
+}
+
+TEST(ResumableFolder, AFolderOfOtherFilesIsRefused) {
+  const image::TemporaryFolder folder;
+  EXPECT_NO_THROW(requireResumable(folder.path(), kOurs));
+  image::writeBytes(folder / "mine.txt", "mine");
+  EXPECT_THROW(requireResumable(folder.path(), kOurs), Error);
+  EXPECT_THROW(requireResumable(folder / "mine.txt", kOurs), Error);
+}
+
+} // namespace
+
 } // namespace surflect

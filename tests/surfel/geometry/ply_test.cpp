@@ -3,7 +3,6 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/geometry/mesh.h"
-#include "surfel/geometry/ply_mesh.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/patience.h"
 

@@ -1,6 +1,6 @@
 #include "surfel/math/matrix_products.h"
 
-#include "surfel/math/padded_products.h"
+#include "surfel/math/padded_rows.h"
 #include "tests/support/each_simd.h"
 #include "tests/surfel/math/matrices.h"
 

@@ -1,6 +1,5 @@
 #include "render/lightfield/common/relight.h"
 
-#include "render/lightfield/common/photograph_weights.h"
 #include "render/lightfield/common/views.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/exr.h"

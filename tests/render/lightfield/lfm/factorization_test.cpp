@@ -1,6 +1,6 @@
 #include "render/lightfield/lfm/factorization.h"
 
-#include "render/lightfield/lfm/factorization_reference.h"
+#include "render/lightfield/lfm/reference.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/lfm/glossy_matrix.h"
 

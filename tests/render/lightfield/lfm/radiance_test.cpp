@@ -1,6 +1,6 @@
 #include "render/lightfield/lfm/radiance.h"
 
-#include "render/lightfield/lfm/patch_blend.h"
+#include "render/lightfield/lfm/map_shape.h"
 #include "tests/render/lightfield/lfm/edge_places.h"
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/support/random.h"

@@ -1,7 +1,6 @@
 #include "render/lightfield/lfm/rings.h"
 
 #include "render/lightfield/lfm/direction_disc.h"
-#include "render/lightfield/lfm/patch_grid.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/slf/meshes.h"
 #include "tests/support/random.h"

@@ -3,7 +3,7 @@
 
 #include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/maps.h"
-#include "render/lightfield/lfm/patch_grid.h"
+#include "render/lightfield/lfm/rings.h"
 #include "tests/render/lightfield/slf/meshes.h"
 
 #include <array>

@@ -1,6 +1,6 @@
 #include "render/lightfield/lfm/tile.h"
 
-#include "render/lightfield/lfm/tiling.h"
+#include "render/lightfield/lfm/map_drawing.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
 #include "tests/srf/image/files.h"

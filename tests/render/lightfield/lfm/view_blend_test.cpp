@@ -1,7 +1,5 @@
 #include "render/lightfield/lfm/view_blend.h"
 
-#include "render/lightfield/lfm/delaunay.h"
-#include "render/lightfield/lfm/view_grid.h"
 #include "surfel/base/error.h"
 
 #include <gtest/gtest.h>

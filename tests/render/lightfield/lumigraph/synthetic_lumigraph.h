@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render/lightfield/common/pull_push.h"
-#include "render/lightfield/lumigraph/lumigraph.h"
+#include "render/lightfield/lumigraph/slab.h"
 #include "srf/capture/camera.h"
 #include "srf/image/half_float.h"
 #include "surfel/geometry/ray_caster.h"

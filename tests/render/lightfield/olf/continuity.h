@@ -1,7 +1,7 @@
 // Continuity of weights along a path: the largest change between steps is followed into ever smaller steps.
 #pragma once
 
-#include "render/lightfield/olf/closest_views.h"
+#include "render/lightfield/olf/view_triangulation.h"
 
 #include <cmath>
 #include <functional>

@@ -1,7 +1,6 @@
 #include "render/lightfield/slf/build.h"
 
 #include "render/lightfield/slf/field_file.h"
-#include "render/lightfield/slf/open_field.h"
 #include "srf/image/half_float.h"
 #include "tests/support/box_capture.h"
 

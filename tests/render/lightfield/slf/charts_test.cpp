@@ -2,7 +2,7 @@
 
 #include "render/lightfield/slf/parametrization.h"
 #include "render/lightfield/slf/regions.h"
-#include "render/lightfield/slf/texel_points.h"
+#include "render/lightfield/slf/texel_radiance.h"
 #include "surfel/base/error.h"
 #include "tests/render/lightfield/slf/meshes.h"
 

@@ -1,9 +1,9 @@
 // A spherical light field of a bumpy sphere with closed-form radiance, in memory, without photographs.
 #pragma once
 
+#include "render/lightfield/spherical/build.h"
 #include "render/lightfield/spherical/direction_tree.h"
 #include "render/lightfield/spherical/reference.h"
-#include "render/lightfield/spherical/resample.h"
 #include "render/lightfield/spherical/spherical_file.h"
 #include "srf/capture/camera.h"
 #include "srf/image/half_float.h"

@@ -1,6 +1,6 @@
 #include "render/stage/material/energy_compensation.h"
 
-#include "render/stage/material/reflection.h"
+#include "render/stage/material/ggx.h"
 #include "tests/render/stage/material/zoo.h"
 #include "tests/support/chi_squared.h"
 

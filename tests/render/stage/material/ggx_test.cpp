@@ -1,6 +1,5 @@
 #include "render/stage/material/ggx.h"
 
-#include "render/stage/material/reflection.h"
 #include "tests/render/stage/material/zoo.h"
 #include "tests/support/chi_squared.h"
 

@@ -1,7 +1,7 @@
 #include "render/lightfield/olf/opacity_map_frame.h"
 
 #include "render/lightfield/lfm/tile.h"
-#include "render/lightfield/olf/opacity_map_reference.h"
+#include "render/lightfield/olf/reference.h"
 #include "tests/render/gl/gl_test.h"
 #include "tests/render/lightfield/olf/painted_maps.h"
 #include "tests/support/random.h"

@@ -2,7 +2,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/olf/opacity_map_build.h"
-#include "render/lightfield/olf/opacity_map_file.h"
+#include "render/lightfield/olf/opacity_maps.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/synthetic_capture.h"
 

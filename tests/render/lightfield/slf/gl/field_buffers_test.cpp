@@ -1,4 +1,4 @@
-#include "render/lightfield/slf/field_buffers.h"
+#include "render/lightfield/slf/slf_frame.h"
 
 #include "bench/slf/synthetic_field.h"
 #include "tests/render/gl/gl_test.h"

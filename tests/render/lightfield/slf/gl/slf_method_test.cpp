@@ -2,7 +2,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/slf/build.h"
-#include "render/lightfield/slf/open_field.h"
+#include "render/lightfield/slf/field_file.h"
 #include "render/lightfield/slf/reference.h"
 #include "tests/support/synthetic_capture.h"
 

@@ -1,6 +1,6 @@
 #include "render/lightfield/spherical/spherical_frame.h"
 
-#include "render/lightfield/spherical/frame_plan.h"
+#include "render/lightfield/spherical/player.h"
 #include "render/lightfield/spherical/reference.h"
 #include "tests/render/gl/gl_test.h"
 #include "tests/render/lightfield/spherical/synthetic_field.h"

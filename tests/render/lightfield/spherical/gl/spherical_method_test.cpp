@@ -2,7 +2,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/spherical/build.h"
-#include "render/lightfield/spherical/open_flight.h"
+#include "render/lightfield/spherical/flight.h"
 #include "surfel/base/error.h"
 #include "tests/support/synthetic_capture.h"
 
