@@ -115,13 +115,12 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   const capture::Capture capture = arguments.input.read();
   Json report = told(describe(capture));
   std::vector<validation::Finding> findings;
-  const auto tell = [&](const std::vector<validation::Finding>& found) {
+  const auto take = [&](std::span<const validation::Finding> found) {
     announce(found);
     findings.insert(findings.end(), found.begin(), found.end());
     report["findings"] = jsonOf(findings);
   };
-  tell(validation::checkPoses(capture));
-  tell(validation::checkMattes(capture, {}, progress));
+  validation::checkBeforeGeometry(capture, {}, take, progress);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
@@ -130,7 +129,7 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   const proxy::Impostor impostor = proxy::impostorOf(training, arguments.impostor, progress);
   for (const std::string& note : impostor.notes) say(note);
   if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
-  tell(validation::checkCapture(capture, impostor.mesh, {}, progress));
+  take(validation::checkCapture(capture, impostor.mesh, {}, progress));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }

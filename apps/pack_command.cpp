@@ -46,52 +46,31 @@ void requireMatching(const PackArguments& arguments, const method::Method& metho
     throw UsageError(Error("is for a stage file, FILE.toml").at("--scale"));
   if (arguments.light.incomplete != lightfield::Incomplete::refused && !arguments.light.isGiven())
     throw UsageError(Error("--skip-incomplete and --common-lights are for --lights and --environment"));
-  if (arguments.force && method.build)
-    throw UsageError(Error("is for surfels: no other method checks its capture").at("--force"));
+  if (arguments.force && isStage)
+    throw UsageError(Error("is for photographs, which are checked; a stage file has none").at("--force"));
 }
 
-// A capture whose checks stop `pack` before anything is written, if they find errors.
+// A capture whose checks may stop `pack` before anything is written.
 class CheckedSource : public model::CaptureSource {
 public:
-  // Adds findings to `findings`.
-  CheckedSource(const PackArguments& arguments, capture::Capture capture,
-                std::vector<validation::Finding>& findings)
-      : model::CaptureSource(std::move(capture)), arguments_(arguments), findings_(findings) {}
+  CheckedSource(capture::Capture capture, BuildFindings& findings)
+      : CaptureSource(std::move(capture)), findings_(findings) {}
 
   proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override {
-    tell(validation::checkPoses(training()));
-    tell(validation::checkMattes(training(), validation::kQuickChecks, progress));
+    const auto take = [&](auto found) { findings_.take(found); };
+    validation::checkBeforeGeometry(training(), validation::kQuickChecks, take, progress);
     proxy::Impostor impostor = model::CaptureSource::impostor(options, progress);
     for (const std::string& note : impostor.notes) say(note); // before the findings, which they may explain
-    // Other geometry was derived from the masks or shading that it would be compared with.
-    validation::CheckEffort effort = validation::kQuickChecks;
-    effort.masks = impostor.origin == proxy::Impostor::Origin::given;
-    if (effort.masks || impostor.origin == proxy::Impostor::Origin::hull)
-      tell(validation::checkCapture(training(), impostor.mesh, effort, progress));
+    validation::checkGeometry(training(), impostor, validation::kQuickChecks, take, progress);
     return impostor;
   }
 
 private:
-  std::string inspectArguments() const {
-    return arguments_.capture.path + (arguments_.mesh.empty() ? "" : " --mesh " + arguments_.mesh);
-  }
-
-  void tell(const std::vector<validation::Finding>& found) const {
-    announce(found);
-    findings_.insert(findings_.end(), found.begin(), found.end());
-    if (const size_t errors = countErrors(found); errors > 0 && !arguments_.force)
-      throw Error(fmt::format("stopped by {} error{}, see above; nothing was written. surflect inspect {} "
-                              "--overlay sheet.png shows {}; --force packs anyway",
-                              errors, errors == 1 ? "" : "s", inspectArguments(),
-                              errors == 1 ? "it" : "them"))
-          .in(training().file);
-  }
-
-  const PackArguments& arguments_;
-  std::vector<validation::Finding>& findings_;
+  BuildFindings& findings_;
 };
 
-Json packSurfels(const PackArguments& arguments, const method::Setting& setting, const Progress& progress) {
+Json packSurfels(const PackArguments& arguments, const method::Setting& setting, BuildFindings& findings,
+                 const Progress& progress) {
   if (arguments.light.isGiven())
     throw UsageError(Error("surfels keep their light free: --lights and --environment are for methods with "
                            "fixed light"));
@@ -99,13 +78,10 @@ Json packSurfels(const PackArguments& arguments, const method::Setting& setting,
   options.impostor.mesh = arguments.mesh;
   if (!arguments.mesh.empty() && (options.impostor.hull || options.impostor.relief))
     throw UsageError(Error("excludes --hull and --relief").at("--mesh"));
-  std::vector<validation::Finding> findings;
-  CheckedSource source(arguments, arguments.capture.read(), findings);
+  CheckedSource source(arguments.capture.read(), findings);
   const model::PackReport report = model::pack(source, arguments.output, options, progress, announceEstimate);
   announce(report, arguments.output);
-  Json json = jsonOf(report);
-  json["findings"] = jsonOf(findings);
-  return json;
+  return jsonOf(report);
 }
 
 // The source of a method with fixed light: the capture itself, or its views under the given light, which are
@@ -141,8 +117,12 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
   const method::Setting setting = arguments.options.settingFor(method);
   requireMatching(arguments, method, setting);
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
+  BuildFindings findings(arguments.capture.path,
+                         arguments.capture.path + (arguments.mesh.empty() ? "" : " --mesh " + arguments.mesh),
+                         arguments.force);
   if (!method.build) {
-    json.update(packSurfels(arguments, setting, progress));
+    json.update(packSurfels(arguments, setting, findings, progress));
+    json["findings"] = findings.json();
     return json;
   }
   requireCreatable(arguments.output);
@@ -152,10 +132,12 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
                            .paths = arguments.capture.outside,
                            .stageScale = arguments.stageScale,
                            .output = arguments.output,
-                           .say = say};
+                           .say = say,
+                           .take = [&](auto found) { findings.take(found); }};
   const method::BuildReport report = method.build(input, setting, progress);
   json.update(countsJson(report.counts));
   for (const auto& [name, values] : report.lists) json[name] = values;
+  if (!arguments.isStage()) json["findings"] = findings.json();
   json["seconds"] = report.seconds;
   json["memory_peak_bytes"] = memoryUse().peakBytes;
   return json;

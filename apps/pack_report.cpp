@@ -1,6 +1,7 @@
 #include "apps/pack_report.h"
 
 #include "apps/terminal.h"
+#include "surfel/base/error.h"
 #include "surfel/base/memory.h"
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace surflect {
@@ -32,9 +34,19 @@ Json jsonOf(std::span<const validation::Finding> findings) {
   return list;
 }
 
-size_t countErrors(std::span<const validation::Finding> findings) {
-  return static_cast<size_t>(
-      std::ranges::count(findings, validation::Finding::Severity::error, &validation::Finding::severity));
+BuildFindings::BuildFindings(std::string source, std::string inspectArguments, bool force)
+    : source_(std::move(source)), inspectArguments_(std::move(inspectArguments)), force_(force) {}
+
+void BuildFindings::take(std::span<const validation::Finding> found) {
+  announce(found);
+  all_.insert(all_.end(), found.begin(), found.end());
+  const auto errors =
+      std::ranges::count(found, validation::Finding::Severity::error, &validation::Finding::severity);
+  if (errors > 0 && !force_)
+    throw Error(fmt::format("stopped by {} error{}, see above; no model was made. surflect inspect {} "
+                            "--overlay sheet.png shows {}; --force packs anyway",
+                            errors, errors == 1 ? "" : "s", inspectArguments_, errors == 1 ? "it" : "them"))
+        .in(source_);
 }
 
 namespace {

@@ -7,6 +7,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 namespace surflect {
 
@@ -15,7 +16,22 @@ namespace surflect {
 // Prints each finding on a line.
 void announce(std::span<const validation::Finding> findings);
 Json jsonOf(std::span<const validation::Finding> findings);
-size_t countErrors(std::span<const validation::Finding> findings);
+
+// Findings of a build: printed as they come. Errors stop it, unless it is forced.
+class BuildFindings {
+public:
+  // `inspectArguments` are those with which surflect inspect shows what was found.
+  BuildFindings(std::string source, std::string inspectArguments, bool force);
+
+  // Throws Error for an error among the findings.
+  void take(std::span<const validation::Finding> found);
+  Json json() const { return jsonOf(all_); }
+
+private:
+  std::string source_, inspectArguments_;
+  bool force_;
+  std::vector<validation::Finding> all_;
+};
 
 void announceEstimate(const model::PackEstimate& estimate);
 void announce(const model::PackReport& report, const std::string& output);

@@ -6,6 +6,7 @@
 #include "render/method/option.h"
 #include "render/method/renderer.h"
 #include "srf/capture/capture.h"
+#include "srf/validation/validation.h"
 #include "surfel/base/time.h"
 
 #include <cstdint>
@@ -26,6 +27,7 @@ struct BuildInput {
   std::string stageScale; // a [scale.NAME] of a stage file; or empty
   std::filesystem::path output;
   std::function<void(std::string_view line)> say; // tells people what was found and made
+  validation::TakeFindings take;                  // of the checks of photographs; may stop the build
 };
 
 // Report of a build: figures by name. "map_bytes.view" is the entry `view` of the group `map_bytes`.

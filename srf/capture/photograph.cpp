@@ -7,6 +7,7 @@
 #include "surfel/base/error.h"
 #include "surfel/base/text.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for_each.h>
 
 #include <algorithm>
@@ -100,14 +101,40 @@ std::vector<Undeveloped> readLayers(const std::filesystem::path& path, const std
   return layers;
 }
 
-// Pictures of all shots that use the file.
+// Brings alpha into 0..1, before colours are divided by it. Filters with negative lobes overshoot the range
+// somewhat; what lies farther out is a picture of another scale, and an Error.
+void clampAlpha(image::Image& alpha, const std::filesystem::path& path) {
+  constexpr float kOvershoot = 0.25f;
+  for (size_t i = 0; i < alpha.values.size(); ++i) {
+    float& value = alpha.values[i];
+    if (!std::isfinite(value)) continue; // an invalid texel
+    if (value < -kOvershoot || value > 1 + kOvershoot) {
+      const size_t width = static_cast<size_t>(alpha.width);
+      throw Error::mismatch(
+          "0 to 1",
+          fmt::format("{} at pixel ({}, {})", numberText(static_cast<double>(value)), i % width, i / width))
+          .at("alpha")
+          .in(path);
+    }
+    value = std::clamp(value, 0.f, 1.f);
+  }
+}
+
+// Pictures of all shots that use the file. Throws Error for alpha that is far outside 0..1.
 std::vector<Undeveloped> readShared(const std::filesystem::path& path, const std::vector<Exposure>& shots,
                                     const Progress& progress) {
-  if (image::formatOf(path) == image::PictureFormat::exr) return readLayers(path, shots, progress);
+  if (image::formatOf(path) == image::PictureFormat::exr) {
+    std::vector<Undeveloped> layers = readLayers(path, shots, progress);
+    for (Undeveloped& layer : layers)
+      if (layer.alpha) clampAlpha(*layer.alpha, path);
+    return layers;
+  }
   for (const Exposure& shot : shots)
     if (!shot.layer.empty() || !shot.alphaLayer.empty())
       throw Error("only .exr files have layers").at("layer " + shot.layer + shot.alphaLayer).in(path);
-  return std::vector<Undeveloped>(shots.size(), split(image::readPicture(path)));
+  Undeveloped picture = split(image::readPicture(path));
+  if (picture.alpha) clampAlpha(*picture.alpha, path); // floats of TIFF
+  return std::vector<Undeveloped>(shots.size(), std::move(picture));
 }
 
 void checkSize(const image::Image& image, const Lens& lens, const std::filesystem::path& path) {

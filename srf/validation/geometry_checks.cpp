@@ -173,4 +173,18 @@ std::vector<Finding> checkCapture(const capture::Capture& capture, const Triangl
   return findings;
 }
 
+void checkBeforeGeometry(const capture::Capture& training, const CheckEffort& effort,
+                         const TakeFindings& take, const Progress& progress) {
+  take(checkPoses(training));
+  take(checkMattes(training, effort, progress));
+}
+
+void checkGeometry(const capture::Capture& training, const proxy::Impostor& impostor, CheckEffort effort,
+                   const TakeFindings& take, const Progress& progress) {
+  using Origin = proxy::Impostor::Origin;
+  effort.masks = impostor.origin == Origin::given; // a hull was carved from the masks
+  if (impostor.origin == Origin::given || impostor.origin == Origin::hull)
+    take(checkCapture(training, impostor.mesh, effort, progress));
+}
+
 } // namespace surflect::validation

@@ -3,11 +3,13 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/proxy/impostor.h"
 #include "srf/validation/small_view.h"
 #include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/ray_caster.h"
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -111,5 +113,16 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
 // checkPrecision at the mesh if checkPoses() finds no middle of the scene.
 std::vector<Finding> checkCapture(const capture::Capture& capture, const TriangleMesh& mesh,
                                   const CheckEffort& effort, const Progress& progress);
+
+// Takes the findings of one kind of check; throws Error where they stop the work.
+using TakeFindings = std::function<void(std::span<const Finding>)>;
+
+// Checks that the builders of all methods run on the training frames of a capture: poses and mattes before
+// its geometry is made, and then the geometry, against what it was not made from. Throws Error and Cancelled
+// as the checks above and `take` do.
+void checkBeforeGeometry(const capture::Capture& training, const CheckEffort& effort,
+                         const TakeFindings& take, const Progress& progress);
+void checkGeometry(const capture::Capture& training, const proxy::Impostor& impostor, CheckEffort effort,
+                   const TakeFindings& take, const Progress& progress);
 
 } // namespace surflect::validation

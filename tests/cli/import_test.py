@@ -4,20 +4,9 @@ import json
 import math
 import struct
 import unittest
-import zlib
 
-from png import read_png
+from png import read_png, write_png
 from support import VASE, TestInFolder, content, run, succeed, write_small_capture
-
-
-def write_png(path, rows):
-    """8-bit gray."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 0, 0, 0, 0)
-    pixels = b"".join(b"\0" + bytes(row) for row in rows)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) +
-                     chunk(b"IEND", b""))
 
 
 def read_mesh(path):

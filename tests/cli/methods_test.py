@@ -4,7 +4,7 @@ import json
 import shutil
 import unittest
 
-from png import read_png
+from png import read_png, write_png
 from support import TestInFolder, content, run, succeed
 
 # A glossy lumpy ball from all sides under one light.
@@ -341,6 +341,45 @@ class Methods(TestInFolder):
                 (shutil.copytree if file.is_dir() else shutil.copy)(file, self.folder / "held" / file.name)
         for kind in ("slf", "lumigraph", "lfm", "spherical"):
             self.assert_refused("training frames", "pack", self.folder / "held", "--method", kind, *out)
+
+
+    def changed_views(self, name, change):
+        """A copy of the views whose description `change` has edited."""
+        views = self.folder / name
+        shutil.copytree(self.views, views)
+        capture = json.loads((views / "transforms.json").read_text())
+        change(capture, views)
+        (views / "transforms.json").write_text(json.dumps(capture))
+        return views
+
+    def test_a_mesh_in_another_frame_than_the_cameras_stops_every_method_unless_forced(self):
+        def move_away(capture, _):
+            for frame in capture["frames"]:
+                for row in frame["transform_matrix"][:3]:
+                    row[3] *= 1.4
+        views = self.changed_views("farther", move_away)
+        model = self.folder / "farther.model"
+        for method in ("slf", "lumigraph", "lfm", "vdtm", "ulr", "olfm", "spherical"):
+            pack = "pack", views, "--method", method, "-o", model
+            result = run(*pack)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("error: the mesh and the masks differ in ", result.stderr)
+            self.assertIn("stopped by 1 error, see above; no model was made. surflect inspect ", result.stderr)
+            self.assertFalse((model / "manifest.json").exists())
+        forced = succeed("pack", views, "--method", "ulr", "-o", self.folder / "forced.ulr", "--force")
+        self.assertEqual(forced["findings"][0]["severity"], "error")
+        self.assertEqual(self.reports["ulr"]["findings"], [])
+
+    def test_a_view_that_shows_nothing_is_named(self):
+        def blank(capture, views):
+            frame = next(frame for frame in capture["frames"] if frame["split"] == "train")
+            for key in [key for key in frame if "layer" in key]:
+                del frame[key]
+            frame["file_path"] = "blank.png"
+            write_png(views / "blank.png", [[(0, 0, 0, 0)] * 48] * 48)
+        views = self.changed_views("blank", blank)
+        report = succeed("pack", views, "--method", "ulr", "-o", self.folder / "blank.ulr")
+        self.assertRegex(report["findings"][0]["text"], "1 of 32 views")
 
 
 class FromACapture(TestInFolder):

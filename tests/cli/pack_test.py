@@ -118,7 +118,7 @@ class Pack(TestInFolder):
         result = run("pack", capture, "-o", model, "--surfels", "3000")
         self.assertEqual(result.returncode, 1)
         self.assertIn("error: the mesh and the masks differ in 5 of 5 views: ", result.stderr)
-        self.assertIn(f"stopped by 1 error, see above; nothing was written. surflect inspect {capture} --overlay "
+        self.assertIn(f"stopped by 1 error, see above; no model was made. surflect inspect {capture} --overlay "
                       "sheet.png shows it; --force packs anyway", result.stderr.splitlines()[-1])
         self.assertFalse(model.exists())
         forced = succeed("pack", capture, "-o", model, "--surfels", "3000", "--force")

@@ -1,4 +1,4 @@
-"""Reads pictures of `surflect render` with Python's standard library."""
+"""Reads pictures of `surflect render`, and writes pictures of a capture, with Python's standard library."""
 
 import struct
 import zlib
@@ -38,3 +38,14 @@ def shares(path):
     opaque = [pixel for pixel in covered if pixel[3] == 255]
     lit = [pixel for pixel in opaque if max(pixel[:3]) > 16]
     return len(covered) / len(pixels), len(opaque) / len(covered), len(lit) / len(opaque)
+
+
+def write_png(path, rows):
+    """8-bit picture; its pixels are gray, or (r, g, b, a)."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    is_gray = isinstance(rows[0][0], int)
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 0 if is_gray else 6, 0, 0, 0)
+    pixels = b"".join(b"\0" + bytes(row if is_gray else sum(row, ())) for row in rows)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) +
+                     chunk(b"IEND", b""))

@@ -31,7 +31,7 @@ BELOW = {
     "srf/proxy/hull": CAPTURE,
     "srf/proxy/relief": CAPTURE,
     "srf/proxy": PROXY,
-    "srf/validation": CAPTURE + ["srf/proxy/mesh"],
+    "srf/validation": CAPTURE + ["srf/proxy/mesh", "srf/proxy"],
     "srf/codec": ["surfel/base", "surfel/math", "srf/image"],
     "srf/weights": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec"],
     "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/weights"],
@@ -39,7 +39,7 @@ BELOW = {
     "warp": SURFEL + ["surfel"],
     "render/scene": SCENE,
     "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
-    "render/method": SCENE,  # the contract of a method
+    "render/method": SCENE + ["srf/validation"],  # the contract of a method
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/method", "render/splat"],
     "render": SCENE + ["render/method"],  # all methods, for those who open models
     "render/methods.cpp": LIGHT_FIELD + ["render", "srf/model", "render/stage", "render/surfels", "render/lightfield/slf",
@@ -49,7 +49,7 @@ BELOW = {
     "render/film": SURFEL + SCENE + ["render/method"],
     "render/evaluation": PROXY + SCENE + ["render/method"],
     "render/gl": CAPTURE,
-    "render/lightfield/common": SCENE + SURFEL + ["srf/proxy", "render/method"],
+    "render/lightfield/common": SCENE + SURFEL + ["srf/proxy", "srf/validation", "render/method"],
     "render/lightfield/slf": LIGHT_FIELD,
     "render/lightfield/lumigraph": LIGHT_FIELD,
     "render/lightfield/lfm": LIGHT_FIELD,

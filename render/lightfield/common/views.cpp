@@ -49,18 +49,19 @@ capture::Capture fixedLightCapture(const std::filesystem::path& folder, const Vi
   return capture;
 }
 
-proxy::Impostor geometryOf(const capture::Capture& capture, const ViewsOptions& options,
-                           const Progress& progress) {
-  const capture::Capture training = capture::subset(
+capture::Capture trainingOf(const capture::Capture& capture) {
+  capture::Capture training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
   if (training.frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
-  return proxy::impostorOf(training, {.mesh = options.mesh}, progress);
+  training.notes = capture.notes;
+  return training;
 }
 
 } // namespace
 
 Views::Views(const std::filesystem::path& folder, const ViewsOptions& options, const Progress& progress)
-    : capture_(fixedLightCapture(folder, options)), geometry_(geometryOf(capture_, options, progress)),
+    : capture_(fixedLightCapture(folder, options)),
+      geometry_(proxy::impostorOf(trainingOf(capture_), {.mesh = options.mesh}, progress)),
       rays_(std::make_unique<const RayCaster<AcquisitionSpace>>(geometry_.mesh, progress)) {}
 
 void Views::replaceMesh(TriangleMesh mesh, const Progress& progress) {
@@ -89,10 +90,15 @@ image::Image Views::read(size_t view, const Progress& progress) const {
 Views viewsOf(const method::BuildInput& input, const Progress& progress, bool plainPinholes) {
   requireCreatable(input.output);
   requireLightFieldFolder(input.output);
-  Views views(input.source, {.mesh = input.mesh, .paths = input.paths, .plainPinholes = plainPinholes},
-              progress);
-  for (const std::string& note : views.capture().notes) input.say(note);
+  const ViewsOptions options{.mesh = input.mesh, .paths = input.paths, .plainPinholes = plainPinholes};
+  const capture::Capture training = trainingOf(fixedLightCapture(input.source, options));
+  for (const std::string& note : training.notes) input.say(note);
+  // All views: a builder gives each a larger share than surfels give one photograph of hundreds.
+  const validation::CheckEffort effort{.lightsOfView = 1};
+  validation::checkBeforeGeometry(training, effort, input.take, progress);
+  Views views(input.source, options, progress);
   for (const std::string& note : views.geometry().notes) input.say(note);
+  validation::checkGeometry(training, views.geometry(), effort, input.take, progress);
   return views;
 }
 

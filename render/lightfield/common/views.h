@@ -67,8 +67,9 @@ private:
 
 // Input of a builder, and the parts of its report that all builders share.
 
-// Views of a build's source, after the output folder has been found fit; says how capture and mesh were
-// understood. Throws Error as requireLightFieldFolder() and Views do.
+// Views of a build's source, after the output folder has been found fit and the capture has been checked,
+// each of its mattes too; says how capture and mesh were understood. Throws Error as
+// requireLightFieldFolder(), Views and the taking of findings do.
 Views viewsOf(const method::BuildInput& input, const Progress& progress, bool plainPinholes = false);
 
 // "1.5 MiB"

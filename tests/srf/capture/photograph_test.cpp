@@ -336,6 +336,30 @@ TEST_F(PhotographFile, PremultipliedColoursAreDividedByAlphaAndStraightOnesNot) 
   EXPECT_TRUE(photographs[0].hasMatte && photographs[1].hasMatte);
 }
 
+TEST_F(PhotographFile, AlphaThatOvershootsKeepsThePremultipliedColour) {
+  capture.colorSpace = ColorSpace::linear;
+  writeExrPicture(constant(4, {0.1f, 0.2f, 0.3f, 1.125f}));
+  add("a.exr");
+  const Photograph photograph = readAll()[0];
+  EXPECT_EQ(photograph.radiance.values, constant(3, {0.1f, 0.2f, 0.3f}).values);
+  EXPECT_EQ(photograph.alpha.values, constant(1, {1}).values);
+}
+
+TEST_F(PhotographFile, AlphaOfAnotherScaleIsAnErrorThatNamesAPixel) {
+  for (const float wrong : {1.5f, -0.5f, 255.f}) {
+    image::Image image = constant(4, {0.1f, 0.2f, 0.3f, 1});
+    image.at(2, 1)[3] = wrong;
+    writeExrPicture(image);
+    add("a.exr");
+    const std::string error = image::errorOf([&] { readAll(); });
+    EXPECT_NE(error.find("a.exr: alpha: found " + numberText(static_cast<double>(wrong)) +
+                         " at pixel (2, 1), expected 0 to 1"),
+              std::string::npos)
+        << error;
+    capture.frames.clear();
+  }
+}
+
 TEST_F(PhotographFile, NothingIsSeenWhereAlphaIsZero) {
   image::Image image = image::randomImage(width, height, 4, 0.5f, 1, 4);
   for (size_t i = 0; i < image.values.size(); i += 8) image.values[i + 3] = i % 16 ? 0.f : -0.25f;
