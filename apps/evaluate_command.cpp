@@ -176,8 +176,10 @@ Json evaluated(const EvaluateArguments& arguments, const std::string& model, con
     nearest = method::openRenderer(model, nearestSetting, progress);
     options.others["nearest"] = nearest.get();
   }
+  std::vector<std::string> mismatches = evaluation::rigMismatches(renderer->describe(), capture);
   const evaluation::Evaluation evaluation =
       evaluation::evaluate(*renderer, capture, *warp, options, progress);
+  if (auto mismatch = evaluation::silhouetteMismatch(evaluation)) mismatches.push_back(std::move(*mismatch));
 
   Json report = {{"model", model},
                  {"method", renderer->describe().method},
@@ -207,11 +209,13 @@ Json evaluated(const EvaluateArguments& arguments, const std::string& model, con
     report["frames"].push_back(std::move(entry));
   }
   report["invalid_texels"] = invalidTexels;
+  report["mismatches"] = mismatches;
   const size_t unknown = capture.frames.size() - evaluation::withKnownObject(capture).frames.size();
   report["photographs_without_mask"] = unknown;
   if (arguments.confidence) report["predicted_error"] = confidenceJson(evaluation);
   if (arguments.models.size() == 1) sayTable(report);
   if (arguments.confidence) sayConfidence(report["predicted_error"]);
+  for (const std::string& mismatch : mismatches) say(fmt::format("warning: {}: {}", model, mismatch));
   if (unknown > 0)
     say(fmt::format("{} photographs have no mask, as others have, and are in no score", unknown));
   if (invalidTexels > 0)

@@ -1,6 +1,7 @@
 #include "apps/command.h"
 #include "apps/method_options.h"
 #include "apps/terminal.h"
+#include "render/evaluation/evaluate.h"
 #include "render/film/shot_renderer.h"
 #include "render/surfels/surfel_method.h"
 #include "render/verify/block_checks.h"
@@ -161,6 +162,9 @@ Json runVerify(const VerifyArguments& arguments, const std::string& command, con
   const capture::Capture* photographs = capture ? &*capture : nullptr;
   const weights::ShadeOptions shade = surfels::frameOptions(setting).shade;
   surfels::SurfelRenderer renderer(model, setting);
+  if (capture)
+    for (const std::string& mismatch : evaluation::rigMismatches(renderer.describe(), *capture))
+      say("warning: " + mismatch);
 
   verify::Report report;
   report.title = folderName(arguments.model);

@@ -125,6 +125,8 @@ Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& cap
     subjects.push_back(std::make_unique<Subject>(model, capture, bent, options, measurements, progress));
     points += subjects.back()->settings().size();
     steps += subjects.back()->longestDescent();
+    for (const std::string& mismatch : subjects.back()->mismatches())
+      options.announce(fmt::format("warning: {}: {}", model.string(), mismatch));
   }
   for (const method::Sweep& sweep : options.sweep)
     if (std::ranges::none_of(subjects, [&](const auto& subject) {

@@ -2,6 +2,7 @@
 
 #include "render/chart/front.h"
 #include "render/chart/measurements.h"
+#include "render/evaluation/evaluate.h"
 #include "render/methods.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -104,6 +105,7 @@ Subject::Subject(fs::path model, const capture::Capture& capture, const std::opt
   for (const method::Sweep& sweep : options.sweep) held_.erase(sweep.name);
   const auto renderer = open(progress);
   rig_ = renderer->describe().rig;
+  mismatches_ = evaluation::rigMismatches(renderer->describe(), capture);
   all_ = optionsOf(*renderer, held_);
   knobs_ = swept(all_, held_, options, true);
   preview_ = withoutFull(all_, method::settingOf(method::Preset::preview, all_));

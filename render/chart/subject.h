@@ -35,6 +35,8 @@ public:
   const std::vector<method::Option>& options() const { return all_; }
   const std::vector<method::Option>& knobs() const { return knobs_; } // with the values to try
   const std::vector<method::Setting>& settings() const { return settings_; }
+  // As evaluation::rigMismatches says, of the model and the capture.
+  const std::vector<std::string>& mismatches() const { return mismatches_; }
   const Samples& rest() const { return *rest_; }
   const std::optional<Samples>& bent() const { return bent_; }
 
@@ -82,6 +84,7 @@ private:
   method::Setting held_; // options that are not swept
   Measurements& measurements_;
   capture::Capture rig_;
+  std::vector<std::string> mismatches_;
   std::vector<method::Option> all_, knobs_; // of the renderer; those that are swept
   method::Setting preview_;
   std::vector<method::Setting> settings_;

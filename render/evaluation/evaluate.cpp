@@ -7,14 +7,21 @@
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
 #include "surfel/base/error.h"
+#include "surfel/base/text.h"
+#include "surfel/math/median.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace surflect::evaluation {
 
@@ -207,6 +214,91 @@ Evaluation evaluate(method::Renderer& renderer, const capture::Capture& asRead, 
         .in(capture.file);
   progress("evaluate", 1);
   return evaluation;
+}
+
+namespace {
+
+constexpr double kMovedCamera = 1e-3, kTurnedLight = 1e-2; // of the distance to the object; radians
+constexpr double kOtherStrength = 1.1;                     // ratio
+constexpr double kLeastOverlap = 0.8;                      // of silhouettes; fur in a coarse model has more
+
+// "3 of 8 cameras stand elsewhere than the model's of that name: C01, C02, .."
+std::optional<std::string> listed(const std::vector<std::string>& names, size_t known, const char* nouns,
+                                  const char* fault) {
+  if (names.empty()) return std::nullopt;
+  return fmt::format("{} of {} {} {} than the model's of that name: {}", names.size(), known, nouns, fault,
+                     firstNames(names));
+}
+
+double brightest(const Rgb& color) { return std::max({color.r, color.g, color.b}); }
+
+} // namespace
+
+std::vector<std::string> rigMismatches(const method::Description& model, const capture::Capture& asRead) {
+  const capture::Capture& rig = model.rig;
+  const capture::Capture capture = capture::countedFrom(asRead, rig.origin);
+  const Point3<AcquisitionSpace, double> middle = model.middle;
+  std::vector<std::string> lines;
+  const auto add = [&](std::optional<std::string> line) {
+    if (line) lines.push_back(std::move(*line));
+  };
+
+  std::vector<bool> isTraining(capture.views.size(), false);
+  for (const capture::Frame& frame : capture.frames)
+    if (frame.split == capture::Split::train) isTraining[frame.view] = true;
+  std::map<std::string, const capture::View*> viewOf;
+  for (const capture::View& view : rig.views) viewOf.emplace(view.identity, &view);
+  std::vector<std::string> moved;
+  size_t shared = 0, training = 0;
+  for (size_t v = 0; v < capture.views.size(); ++v) {
+    if (!isTraining[v]) continue;
+    ++training;
+    const auto known = viewOf.find(capture.views[v].identity);
+    if (known == viewOf.end()) continue;
+    ++shared;
+    const capture::Viewpoint here(capture.views[v].camera), there(known->second->camera);
+    const double ratio = here.distance(middle) / there.distance(middle); // NaN if both are distant
+    if (!((here.towards(middle).raw() - there.towards(middle).raw()).norm() <= kMovedCamera) ||
+        std::abs(ratio - 1) > kMovedCamera)
+      moved.push_back(capture.views[v].identity);
+  }
+  if (training > 0 && shared == 0 && !rig.views.empty())
+    lines.push_back(
+        fmt::format("none of the {} training cameras is among the {} that the model was made from", training,
+                    rig.views.size()));
+  add(listed(moved, shared, "cameras", "stand elsewhere"));
+
+  std::map<std::string, const capture::Light*> lightOf;
+  for (const capture::Light& light : rig.lights) lightOf.emplace(light.identity, &light);
+  std::vector<std::string> turned, stronger;
+  size_t sharedLights = 0;
+  for (const capture::Light& light : capture.lights) {
+    const auto known = lightOf.find(light.identity);
+    if (known == lightOf.end()) continue;
+    ++sharedLights;
+    const double cosine =
+        dot(capture::towardsLight(light, middle), capture::towardsLight(*known->second, middle));
+    if (!(cosine >= std::cos(kTurnedLight))) turned.push_back(light.name);
+    const double ratio = brightest(capture::irradianceAt(light, middle)) /
+                         brightest(capture::irradianceAt(*known->second, middle));
+    if (!(ratio <= kOtherStrength && ratio >= 1 / kOtherStrength))
+      stronger.push_back(fmt::format("{} ({:.3g} times)", light.name, ratio));
+  }
+  add(listed(turned, sharedLights, "lights", "shine from elsewhere"));
+  add(listed(stronger, sharedLights, "lights", "have another strength"));
+  return lines;
+}
+
+std::optional<std::string> silhouetteMismatch(const Evaluation& evaluation) {
+  std::vector<double> overlaps;
+  for (const FrameScore& frame : evaluation.frames) overlaps.push_back(frame.maskIou);
+  if (overlaps.empty()) return std::nullopt;
+  const double overlap = median(overlaps);
+  if (overlap >= kLeastOverlap) return std::nullopt;
+  return fmt::format(
+      "silhouettes overlap those of the photographs by {:.0f} % only (median of {} frames): do "
+      "model and photographs show one object, in one scale and pose?",
+      100 * overlap, overlaps.size());
 }
 
 } // namespace surflect::evaluation

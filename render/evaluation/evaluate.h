@@ -111,4 +111,11 @@ struct Evaluation {
 Evaluation evaluate(method::Renderer& renderer, const capture::Capture& capture, const warp::Warp& warp,
                     const EvaluateOptions& options = {}, const Progress& progress = {});
 
+// Signs that a capture is not one of a model's object in the same rig and scale, one line each: cameras or
+// lights that differ from those of the same name, or training cameras none of which the model knows.
+std::vector<std::string> rigMismatches(const method::Description& model, const capture::Capture& capture);
+
+// Line for people if the silhouettes of most frames overlap those of the photographs badly.
+std::optional<std::string> silhouetteMismatch(const Evaluation& evaluation);
+
 } // namespace surflect::evaluation

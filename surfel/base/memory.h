@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <new>
+#include <string>
 #include <vector>
 
 namespace surflect {
@@ -53,6 +55,13 @@ struct MemoryUse {
   double anonymousBytes = 0; // resident memory that is not mapped from a file (RssAnon)
 };
 MemoryUse memoryUse();
+
+// Memory that this process may use: the machine's, or less where a control group or a limit of the address
+// space says so.
+uint64_t availableMemory();
+
+// Throws Error if `bytes` are more than availableMemory(): "needs 97.0 GiB for WHAT, and 24.0 GiB are there".
+void requireMemory(double bytes, const std::string& what);
 
 // Returns memory that was freed to the system, and resets the peak.
 void forgetPeakMemory();

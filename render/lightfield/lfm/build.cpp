@@ -14,6 +14,7 @@
 #include "surfel/base/time.h"
 #include "surfel/geometry/smooth_normals.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -52,6 +53,12 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   report = {};
   Stopwatch stopwatch;
   const Rings rings(views.mesh(), progress);
+  const MapSizes sizes{options.samples, options.viewSize, options.terms};
+  if (const size_t most = mostTerms(rings, sizes); options.method == Method::nmf && options.terms > most)
+    throw Error::mismatch(fmt::format("at most {}, the samples around a vertex", most),
+                          std::to_string(options.terms))
+        .at("terms");
+  requireMemoryFor(rings, sizes);
   TriangleMesh mesh = views.mesh();
   mesh.triangles.assign(rings.corners().begin(), rings.corners().end());
   std::vector<VertexFrame> frames;

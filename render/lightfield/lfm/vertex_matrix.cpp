@@ -3,6 +3,11 @@
 #include "render/lightfield/lfm/direction_disc.h"
 #include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/view_blend.h"
+#include "surfel/base/error.h"
+#include "surfel/base/memory.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -182,6 +187,37 @@ VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex) {
   Patches patches(field);
   patches.observe({&vertex, 1});
   return matrixOf(field, patches, vertex);
+}
+
+namespace {
+
+// Rows of the largest matrix. The hat function is 0 on the edge beyond the vertex.
+size_t mostRows(const Rings& rings, int samples) {
+  size_t ring = 0;
+  for (const uint32_t vertex : rings.vertices()) ring = std::max(ring, rings.around(vertex).size());
+  return ring * (PatchGrid::samples(samples) - static_cast<size_t>(samples));
+}
+
+} // namespace
+
+size_t mostTerms(const Rings& rings, const MapSizes& sizes) {
+  return std::min(mostRows(rings, sizes.samples), sizes.channels * ViewGrid(sizes.viewSize).cells());
+}
+
+void requireMemoryFor(const Rings& rings, const MapSizes& sizes) {
+  const auto count = [](size_t number) { return static_cast<double>(number); };
+  const double samples = count(PatchGrid::samples(sizes.samples)),
+               cells = count(ViewGrid(sizes.viewSize).cells());
+  const double vertices = count(rings.vertices().size()), triangles = count(rings.corners().size());
+  const double channels = count(sizes.channels), terms = count(sizes.terms);
+  const double matrix = (channels + 1) * count(mostRows(rings, sizes.samples)) * cells; // and its weights
+  const double threads = tbb::this_task_arena::max_concurrency();
+  const double matrices = 2 * sizeof(float) * matrix * threads; // observed and arranged
+  const double maps = terms * (3 * triangles * samples + channels * vertices * cells) +
+                      3 * sizeof(float) * channels * triangles * samples;
+  atField(fmt::format("samples {} and view_size {}", sizes.samples, sizes.viewSize), [&] {
+    requireMemory(matrices + maps, fmt::format("matrices and maps of {} triangles", rings.corners().size()));
+  });
 }
 
 uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells, size_t channels) {

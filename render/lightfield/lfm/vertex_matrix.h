@@ -44,6 +44,18 @@ VertexMatrix matrixOf(const SeenLightField& field, const Patches& patches, uint3
 // Matrix of a single vertex, with patches of its own.
 VertexMatrix matrixOf(const SeenLightField& field, uint32_t vertex);
 
+// Sizes that a builder was asked for.
+struct MapSizes {
+  int samples = 0, viewSize = 0; // along an edge of a triangle, and of the grid of directions
+  size_t terms = 0, channels = 3;
+};
+
+// Most terms that the matrix of a vertex can have: samples around it, or directions, if these are fewer.
+size_t mostTerms(const Rings& rings, const MapSizes& sizes);
+
+// Throws Error if matrices and maps of these sizes do not fit into memory, for any content.
+void requireMemoryFor(const Rings& rings, const MapSizes& sizes);
+
 // Bytes of all matrices as the paper counts them: one for each channel of each sample of each triangle in
 // each cell.  [Chen 2002, §6.1, Table 1]
 uint64_t resampledBytes(size_t triangles, size_t samples, size_t cells, size_t channels = 3);

@@ -187,6 +187,7 @@ OpacityMaps mapsOf(const OpacityField& field, const lfm::Rings& rings, const Map
     throw Error::mismatch("0.." + std::to_string(lfm::kMostTerms), std::to_string(options.terms)).at("terms");
   const lfm::PatchGrid patch(options.samples);
   const lfm::ViewGrid grid(options.viewSize);
+  requireMemoryFor(rings, {options.samples, options.viewSize, options.terms, kMapChannels});
   const Resampling resampling{field, rings, patch, grid, whiteLevel(field.packed)};
   lfm::MapStore store(emptyMaps(weldedMesh(field.mesh, rings), framesOf(rings, field.mesh.positions.size()),
                                 lfm::Method::pca, options.samples, options.viewSize, options.terms,

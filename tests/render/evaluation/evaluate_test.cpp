@@ -399,6 +399,64 @@ TEST(Evaluate, PhotographsWithoutALightHaveThoseOfTheOptions) {
   EXPECT_LT(pooled(options, "new_light"), named - 3);
 }
 
+class Mismatches : public testing::Test {
+protected:
+  const PackedStudio packed{[] {
+                              Studio studio = testStudio();
+                              studio.split = heldOut;
+                              return studio;
+                            }(),
+                            300};
+  capture::Capture capture = packed.capture;
+
+  std::vector<std::string> found() const {
+    const std::shared_ptr<const model::Model> notOwned(std::shared_ptr<const model::Model>(), &packed.model);
+    return rigMismatches(surfels::SurfelRenderer(notOwned, {}).describe(), capture);
+  }
+};
+
+TEST_F(Mismatches, ThereAreNoneWithTheCaptureThatWasPacked) {
+  EXPECT_TRUE(found().empty());
+  capture = capture::countedFrom(capture, {0.5, -1, 2});
+  EXPECT_TRUE(found().empty());
+}
+
+TEST_F(Mismatches, ACaptureOfAnotherScaleHasCamerasElsewhere) {
+  for (capture::View& view : capture.views) {
+    auto& pose = view.camera.cameraFromWorld;
+    pose = {pose.rotation(), 1.5 * pose.translation()};
+  }
+  ASSERT_EQ(found().size(), 1u);
+  EXPECT_NE(found()[0].find("7 of 7 cameras stand elsewhere"), std::string::npos) << found()[0];
+}
+
+TEST_F(Mismatches, AnotherRigHasNoCameraInCommon) {
+  for (capture::View& view : capture.views) view.identity += " of another day";
+  ASSERT_EQ(found().size(), 1u);
+  EXPECT_NE(found()[0].find("none of the 7 training cameras is among the 7"), std::string::npos)
+      << found()[0];
+}
+
+TEST_F(Mismatches, LightsOfAnotherStrengthOrDirectionAreNamed) {
+  Rgb& irradiance = std::get<capture::DirectionalLight>(capture.lights[1].kind).irradiance;
+  irradiance = 100.f * irradiance;
+  auto& turned = std::get<capture::DirectionalLight>(capture.lights[4].kind).towards;
+  turned = assume<Direction3<AcquisitionSpace, double>>(-turned.raw());
+  ASSERT_EQ(found().size(), 2u);
+  EXPECT_NE(found()[0].find("lights shine from elsewhere"), std::string::npos) << found()[0];
+  EXPECT_NE(found()[1].find("(100 times)"), std::string::npos) << found()[1];
+}
+
+TEST(Evaluate, SilhouettesThatOverlapBadlyAreSaid) {
+  Evaluation evaluation;
+  evaluation.frames.resize(3);
+  for (FrameScore& frame : evaluation.frames) frame.maskIou = 0.95;
+  evaluation.frames[0].maskIou = 0.1; // one bad frame is no other object
+  EXPECT_FALSE(silhouetteMismatch(evaluation));
+  for (FrameScore& frame : evaluation.frames) frame.maskIou = 0.43;
+  EXPECT_NE(silhouetteMismatch(evaluation)->find("43 %"), std::string::npos);
+}
+
 TEST(Evaluate, FrontLitIsWhenLightAndCameraStandOnOneSide) {
   const PackedStudio packed(testStudio(), 300);
   for (const FrameScore& frame : evaluated(packed.model, packed.capture, ofTraining()).frames) {
