@@ -1,0 +1,103 @@
+#!/usr/bin/python3
+"""Decodes an opacity light field with the weights of unstructured lumigraph rendering, and shows it to one camera.
+
+    surflect pack VIEWS --method ulr -o MODEL
+    examples/decode/ulr.py MODEL -o frame.npz
+"""
+
+import numpy as np
+
+from common import Folder, bilinear, main
+from screen import Fragments, interior, unit
+
+
+class View:
+    """A photograph: its camera, and the part of it that is stored."""
+
+    def __init__(self, rig, frame, file):
+        pose, lens = np.array(frame["transform_matrix"]), {**rig, **frame}
+        self.position, self.axes = pose[:3, 3], pose[:3, :3].T * [[1], [-1], [-1]]  # right, down, forward
+        self.focal = np.array([lens["fl_x"], lens.get("fl_y", lens["fl_x"])])
+        self.middle = np.array([lens.get("cx", lens["w"] / 2), lens.get("cy", lens["h"] / 2)])
+        self.low, self.scale = file.take("f8", 2, 2)
+        self.width, self.height = file.count(), file.count()
+
+    def texels(self, points):
+        """Places of points in the stored part, in texels."""
+        seen = (points - self.position) @ self.axes.T
+        return ((seen[:, :2] / seen[:, 2:] * self.focal + self.middle - self.low) * self.scale).T
+
+
+class Field:
+    """Content of the folder: mesh, views, their pictures, and the visible views of each vertex."""
+
+    def __init__(self, model, method):
+        folder = Folder(model, "surflect opacity light field", 1)
+        self.numbers = folder.numbers
+        assert self.numbers["method"] == method, "a model of the other method"
+        self.positions, triangles = folder.mesh()
+        _, first, same = np.unique(self.positions, axis=0, return_index=True, return_inverse=True)
+        self.triangles = first[same].astype(int)[triangles]  # of vertices at one position, the first counts
+        frames = folder.rig["frames"]
+        file = folder.read("views.bin")
+        self.views = [View(folder.rig, frame, file) for frame in frames]
+        first = file.take("u4", len(self.positions) + 1)
+        self.visible = np.split(file.take("u4", first[-1]), first[1:-1])
+        layers = folder.texels("texels.bin").reshape(len(frames), int(self.numbers["height"]), int(self.numbers["width"]), 4)
+        self.pictures = [layer[:view.height, :view.width] for layer, view in zip(layers, self.views)]
+        self.centers = np.array([view.position for view in self.views])
+
+
+def ulr_weights(directions, toward, _):
+    """Weights of the views in these directions from a vertex, for a viewer in direction `toward`."""
+    penalties = ((directions - toward) ** 2).sum(1) / 2  # 1 - cos
+    order = np.argsort(penalties, kind="stable")[:4]
+    threshold = 1
+    if len(order) >= 3:
+        threshold, order = penalties[order[-1]], order[:-1]
+    p = np.maximum(penalties[order], 1e-14)
+    relevance = np.maximum(threshold - p, 0) / p
+    weights = np.zeros(len(directions))
+    weights[order] = relevance
+    return weights / weights.sum() if weights.any() else np.eye(len(directions))[order[0]]
+
+
+def composite(camera, fragments, colors):
+    """Fragments of each pixel, nearest first: premultiplied red, green, blue, and alpha."""
+    picture = np.zeros((camera.height * camera.width, 4))
+    number = np.arange(len(fragments.pixel))
+    nth = number - np.maximum.accumulate(np.where(fragments.nearest, number, 0))
+    for layer in range(nth.max(initial=0) + 1):
+        pixel = fragments.pixel[nth == layer]
+        picture[pixel] += (1 - picture[pixel, 3:]) * colors[nth == layer]
+    return picture.reshape(camera.height, camera.width, 4)[..., :3]
+
+
+def show(field, camera, weights_at):
+    """The picture, where weights_at(directions, toward, normal) has the weights of a vertex's views."""
+    a, b, c = (field.positions[field.triangles[:, k]] for k in range(3))
+    normals = np.zeros_like(field.positions)
+    for k in range(3):
+        np.add.at(normals, field.triangles[:, k], np.cross(b - a, c - a))
+    weights = np.zeros((len(field.positions), len(field.views)))
+    for vertex in np.unique(field.triangles):
+        views, position = field.visible[vertex], field.positions[vertex]
+        weights[vertex, views] = weights_at(
+            unit(field.centers[views] - position), unit(camera.position - position), unit(normals[vertex]))
+    seen = Fragments(camera, field.positions, field.triangles)
+    points = camera.position + seen.depth[:, None] * camera.rays(seen.pixel)
+    of_view = seen.blend(weights[field.triangles])
+    colors = np.zeros((len(points), 4))
+    for number, (view, picture) in enumerate(zip(field.views, field.pictures)):
+        at = np.flatnonzero(of_view[:, number])
+        if len(at):
+            colors[at] += of_view[at, number, None] * bilinear(picture, *view.texels(points[at]))
+    return composite(camera, seen, colors), interior(camera, seen)
+
+
+def decode(model, camera):
+    return show(Field(model, 1), camera, ulr_weights)
+
+
+if __name__ == "__main__":
+    main(__doc__, decode)
