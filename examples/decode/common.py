@@ -50,6 +50,21 @@ class Reader:
         return int(self.take("u8", 1)[0])
 
 
+class View:
+    """A captured camera, whose axes are right, down and forward."""
+
+    def __init__(self, rig, frame):
+        pose, lens = np.array(frame["transform_matrix"]), {**rig, **frame}
+        self.position, self.axes = pose[:3, 3], pose[:3, :3].T * [[1], [-1], [-1]]
+        self.focal = np.array([lens["fl_x"], lens.get("fl_y", lens["fl_x"])])
+        self.middle = np.array([lens.get("cx", lens["w"] / 2), lens.get("cy", lens["h"] / 2)])
+
+    def pixels(self, points):
+        """Places of points in the photograph: x, y."""
+        seen = (points - self.position) @ self.axes.T
+        return (seen[:, :2] / seen[:, 2:] * self.focal + self.middle).T
+
+
 def bilinear(texels, x, y):
     """texels[row, column] at places in texels, whose centres are at halves; constant beyond the outermost centres."""
     height, width = texels.shape[:2]

@@ -7,25 +7,21 @@
 
 import numpy as np
 
-from common import Folder, bilinear, main
+from common import Folder, View, bilinear, main
 from screen import Fragments, interior, unit
 
 
-class View:
+class StoredView(View):
     """A photograph: its camera, and the part of it that is stored."""
 
     def __init__(self, rig, frame, file):
-        pose, lens = np.array(frame["transform_matrix"]), {**rig, **frame}
-        self.position, self.axes = pose[:3, 3], pose[:3, :3].T * [[1], [-1], [-1]]  # right, down, forward
-        self.focal = np.array([lens["fl_x"], lens.get("fl_y", lens["fl_x"])])
-        self.middle = np.array([lens.get("cx", lens["w"] / 2), lens.get("cy", lens["h"] / 2)])
-        self.low, self.scale = file.take("f8", 2, 2)
+        super().__init__(rig, frame)
+        self.low, self.scale = file.take("f8", 2, 2, 1)
         self.width, self.height = file.count(), file.count()
 
     def texels(self, points):
         """Places of points in the stored part, in texels."""
-        seen = (points - self.position) @ self.axes.T
-        return ((seen[:, :2] / seen[:, 2:] * self.focal + self.middle - self.low) * self.scale).T
+        return (self.pixels(points) - self.low) * self.scale
 
 
 class Field:
@@ -40,7 +36,7 @@ class Field:
         self.triangles = first[same].astype(int)[triangles]  # of vertices at one position, the first counts
         frames = folder.rig["frames"]
         file = folder.read("views.bin")
-        self.views = [View(folder.rig, frame, file) for frame in frames]
+        self.views = [StoredView(folder.rig, frame, file) for frame in frames]
         first = file.take("u4", len(self.positions) + 1)
         self.visible = np.split(file.take("u4", first[-1]), first[1:-1])
         layers = folder.texels("texels.bin").reshape(len(frames), int(self.numbers["height"]), int(self.numbers["width"]), 4)
