@@ -1,9 +1,8 @@
 #!/usr/bin/python3
-"""Decodes a spherical light field, and shows its finest level to one camera, by planes and one pencil for each pixel.
+"""Decodes a spherical light field, and shows its finest level to one camera.
 
     surflect pack VIEWS --method spherical -o MODEL
-    examples/decode/spherical.py MODEL -o frame.npz
-    surflect render SCRIPT -o frames --depth off --interpolated off --level LEVEL      # the same picture
+    examples/decode/spherical.py MODEL -o frame.pfm
 """
 
 import zlib
@@ -11,37 +10,10 @@ import zlib
 import numpy as np
 
 from common import Folder, bilinear, main
+from pencils import directions_of_images, levels_of_pencils, pencil_shares
 from screen import unit
 
-GOLDEN = (1 + 5 ** 0.5) / 2
-POSITIONS = unit(np.array([
-    (-1, GOLDEN, 0), (1, GOLDEN, 0), (-1, -GOLDEN, 0), (1, -GOLDEN, 0), (0, -1, GOLDEN), (0, 1, GOLDEN),
-    (0, -1, -GOLDEN), (0, 1, -GOLDEN), (GOLDEN, 0, -1), (GOLDEN, 0, 1), (-GOLDEN, 0, -1), (-GOLDEN, 0, 1)]))
-FACES = np.array([
-    (0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6), (7, 1, 8),
-    (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)])
-
-
-def pencils(level):
-    """Corners of the pencils of a level, and the image that each shows."""
-    corners, images = POSITIONS[FACES], np.arange(20)
-    for _ in range(level):
-        a, b, c = (corners[:, i] for i in range(3))
-        ab, bc, ca = unit(a + b), unit(b + c), unit(c + a)
-        first = 3 * np.arange(len(corners)) + len(corners)
-        children = [(bc, ca, ab), (a, ab, ca), (ab, b, bc), (ca, bc, c)]
-        corners = np.stack([np.stack(child, 1) for child in children], 1).reshape(-1, 3, 3)
-        images = np.stack([images, first, first + 1, first + 2], 1).ravel()
-    return corners, images
-
-
-def mips(texels):
-    """The image, and each half as large as the one before, in half floats."""
-    levels = [texels]
-    while len(levels[-1]) > 1:
-        side = len(levels[-1]) // 2
-        levels.append(levels[-1].astype(np.float32).reshape(side, 2, side, 2, 4).mean((1, 3)).astype(np.float16))
-    return levels
+SOLID, MOST_STEPS = 0.5, 64
 
 
 class Images:
@@ -58,60 +30,96 @@ class Images:
             self.entries += [(content, position, length) for position, length, _ in index]
 
     def read(self, number):
-        """Texels [row, column]: red, green, blue times alpha, alpha; and heights."""
+        """Mip levels, the largest first: texels [row, column] of red, green, blue times alpha, alpha, and height."""
         content, position, length = self.entries[number]
         raw = np.frombuffer(zlib.decompress(content[position:position + length]), np.uint8)
         high, low = raw.reshape(5, 2, self.size, self.size).astype(np.uint16).swapaxes(0, 1)
         planes = np.cumsum(high << 8 | low, axis=2, dtype=np.uint16)  # modulo 2^16
-        return planes[:4].view(np.float16).transpose(1, 2, 0), planes[4]
+        levels = [np.dstack([*planes[:4].view(np.float16).astype(float), planes[4] / 65535 - 0.5])]
+        while len(levels[-1]) > 1:
+            side = len(levels[-1]) // 2
+            four = levels[-1].reshape(side, 2, side, 2, 5)
+            mean, alpha = four.mean((1, 3)), four[..., 3:4].mean((1, 3))
+            weighted = (four[..., 3:4] * four[..., 4:]).mean((1, 3)) / np.maximum(alpha, 1e-300)
+            height = np.where(alpha > 0, weighted, mean[..., 4:])
+            levels.append(np.concatenate([mean[..., :4].astype(np.float16).astype(float), height], -1))
+        return levels
 
 
-def axes_of(direction):
-    """Right, up and towards the viewer in the image of a direction."""
-    up = (0, 1, 0) if abs(direction[1]) < 0.9 else (0, 0, 1)
-    right = unit(np.cross(up, direction))
-    return np.stack([right, np.cross(direction, right), direction])
+class Image:
+    """An image around a sphere, at a mip level."""
+
+    def __init__(self, levels, direction, radius, mip):
+        first = min(int(mip), len(levels) - 1)
+        self.shares = [(levels[first], 1 - (mip - first)), (levels[min(first + 1, len(levels) - 1)], mip - first)]
+        up = (0, 1, 0) if abs(direction[1]) < 0.9 else (0, 0, 1)
+        right = unit(np.cross(up, direction))
+        self.axes = np.stack([right, -np.cross(direction, right), direction]) / (2 * radius)
+        self.steps_of_slope = len(levels[0]) * 2. ** -mip
+
+    def at(self, places):
+        """Texels at places 0..1."""
+        return sum(share * bilinear(level, *(places * len(level)).T) for level, share in self.shares if share > 0)
+
+    def heights_met(self, plane, slope, start):
+        """Where rays first come from above to the heights, at solid texels if there are any; NaN if nowhere."""
+        above = lambda rays, h: self.at(plane[rays] + h[:, None] * slope[rays])[:, 4] - h
+        steps = np.clip(np.ceil(np.linalg.norm(slope, axis=1) * self.steps_of_slope), 1, MOST_STEPS)
+        met, met_alpha = np.full(len(plane), np.nan), np.zeros(len(plane))
+        high = np.full(len(plane), start)
+        high_above = np.minimum(0, above(np.arange(len(plane)), high))
+        for i in range(1, int(steps.max()) + 1):
+            rays = np.flatnonzero((i <= steps) & (met_alpha < SOLID))
+            low = start - (start + 0.5) * i / steps[rays]
+            low_above = above(rays, low)
+            crossed = (high_above[rays] < 0) & (low_above >= 0)
+            some = rays[crossed]
+            if len(some):
+                h = self.crossing(some, above, high[some], high_above[some], low[crossed], low_above[crossed])
+                alpha = self.at(plane[some] + h[:, None] * slope[some])[:, 3]
+                better = alpha > met_alpha[some]
+                met[some[better]], met_alpha[some[better]] = h[better], alpha[better]
+            high[rays], high_above[rays] = low, low_above
+        return met
+
+    @staticmethod
+    def crossing(rays, above, high, high_above, low, low_above):
+        """Zero of above() between high, where it is negative, and low, by bisection."""
+        for _ in range(40):
+            h = (high + low) / 2
+            value = above(rays, h)
+            high, low = np.where(value < 0, h, high), np.where(value < 0, low, h)
+        return low
 
 
 def decode(model, camera):
     folder = Folder(model, "surflect spherical", 1)
     middle = np.array([folder.numbers[f"middle.{axis}"] for axis in "xyz"])
     radius, images = folder.numbers["radius"], Images(folder)
-    levels = [pencils(level) for level in range(int(folder.numbers["levels"]))]
-    corners, image_of = levels[-1]
-    directions = {}  # each image is projected along the middle of the coarsest pencil that shows it
-    for of_level in levels:
-        for triangle, image in zip(*of_level):
-            directions.setdefault(image, unit(triangle.sum(0)))
+    levels = list(levels_of_pencils(int(folder.numbers["levels"])))
+    (corners, image_of), directions = levels[-1], directions_of_images(levels)
 
-    pixels = np.arange(camera.width * camera.height)
-    rays = camera.rays(pixels)
-    sides = np.stack([np.cross(corners[:, (i + 1) % 3], corners[:, (i + 2) % 3]) for i in range(3)], 1)
-    pencil = np.einsum("nx,tcx->ntc", -unit(rays), sides).min(2).argmax(1)
-
+    rays = unit(camera.rays(np.arange(camera.width * camera.height)))
     viewer = camera.position - middle
-    nearest = viewer - (rays * viewer).sum(1, keepdims=True) / (rays ** 2).sum(1, keepdims=True) * rays
-    meets = np.linalg.norm(nearest, axis=1) < radius
+    meets = np.linalg.norm(viewer - (rays @ viewer)[:, None] * rays, axis=1) < radius
     mip = max(0, np.log2(np.linalg.norm(viewer) / camera.focal / (2 * radius / images.size)))
-    color = np.zeros((len(pixels), 4))
-    for number in np.unique(image_of[pencil[meets]]):
-        at = np.flatnonzero(meets & (image_of[pencil] == number))
-        axes = axes_of(directions[number])
-        start, along = axes @ viewer, rays[at] @ axes.T
-        place = (start - start[2] / along[:, 2:] * along)[:, :2] / (2 * radius) * (1, -1) + 0.5
-        within = ((place >= 0) & (place <= 1)).all(1)
-        pyramid = mips(images.read(number)[0])
-        first = min(int(mip), len(pyramid) - 1)
-        for level, share in ((first, 1 - (mip - first)), (min(first + 1, len(pyramid) - 1), mip - first)):
-            side = len(pyramid[level])
-            color[at] += share * within[:, None] * bilinear(pyramid[level], *(place * side).T)
-
-    # Rasterisation and rounding choose the pencil of pixels at edges.
-    shape = camera.height, camera.width
-    around = np.pad(np.where(meets, pencil, -1).reshape(shape), 1, constant_values=-1)
-    around = np.stack([around[j:j + shape[0], i:i + shape[1]] for j in range(3) for i in range(3)])
-    color = color.reshape(*shape, 4)
-    return color[..., :3], (around == around[4]).all(0) & (color[..., 3] > 0)
+    shares = pencil_shares(corners, -rays) * meets[:, None]
+    color = np.zeros((len(rays), 4))
+    for number in np.unique(image_of):
+        weights = shares[:, image_of == number].sum(1)
+        at = np.flatnonzero(weights > 0)
+        if not len(at):
+            continue
+        image = Image(images.read(number), directions[number], radius, mip)
+        e, w = image.axes @ viewer + (0.5, 0.5, 0), rays[at] @ image.axes.T
+        plane = e[:2] - e[2] / w[:, 2:] * w[:, :2]
+        slope = (e[:2] - plane) / e[2]
+        height = image.heights_met(plane, slope, min(e[2], 0.5))
+        place = plane + height[:, None] * slope
+        shown = ~np.isnan(height) & (place >= 0).all(1) & (place <= 1).all(1)
+        color[at[shown]] += weights[at[shown], None] * image.at(place[shown])[:, :4]
+    color = color.reshape(camera.height, camera.width, 4)
+    return color[..., :3], color[..., 3] > 0.99
 
 
 if __name__ == "__main__":
