@@ -45,7 +45,7 @@ def pencil_at(corners, toward):
 def pencil_shares(corners, toward):
     """Weights [direction, pencil] of pencils, linear in each sixth (middle, corner, middle of a side) of a pencil."""
     _, vertex = np.unique(corners.reshape(-1, 3).round(9), axis=0, return_inverse=True)
-    vertex = vertex.reshape(-1, 3)
+    vertex = vertex.reshape(-1, 3)  # of each corner
     held, shares = pencil_at(corners, toward), np.zeros((len(toward), len(corners)))
     for pencil in np.unique(held):
         at = np.flatnonzero(held == pencil)

@@ -55,7 +55,8 @@ class Fragments:
         self.nearest = np.diff(self.pixel, prepend=-1) > 0
         # In pixels, from the nearest edge of the triangle.
         edges, center = (np.roll(onto, -1, 1) - onto)[self.triangle], np.stack([x, y], 1)[keep, None] + 0.5
-        across = np.cross(edges, center - onto[self.triangle]) / np.linalg.norm(edges, axis=2)
+        away = center - onto[self.triangle]
+        across = (edges[..., 0] * away[..., 1] - edges[..., 1] * away[..., 0]) / np.linalg.norm(edges, axis=2)
         self.edge_distance = np.abs(across).min(1)
 
     def only(self, chosen):

@@ -33,7 +33,7 @@ class Field:
         assert self.numbers["method"] == method, "a model of the other method"
         self.positions, triangles = folder.mesh()
         _, first, same = np.unique(self.positions, axis=0, return_index=True, return_inverse=True)
-        self.triangles = first[same].astype(int)[triangles]  # of vertices at one position, the first counts
+        self.triangles = first[same.ravel()][triangles]  # of vertices at one position, the first counts
         frames = folder.rig["frames"]
         file = folder.read("views.bin")
         self.views = [StoredView(folder.rig, frame, file) for frame in frames]
