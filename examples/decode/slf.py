@@ -5,25 +5,12 @@
     examples/decode/slf.py MODEL -o frame.npz
 """
 
-import itertools
-
 import numpy as np
 
 from common import Folder, bilinear, main
 from screen import Fragments, interior
 
 NOT_STORED = 2**64 - 1
-
-def hull(directions):
-    """Triangles of the convex hull of few points around the origin, counter-clockwise seen from outside."""
-    triples = np.array(list(itertools.combinations(range(len(directions)), 3)))
-    a, b, c = (directions[triples[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    inside_out = (normals * a).sum(1) < 0
-    normals[inside_out] *= -1
-    triples[inside_out] = triples[inside_out][:, ::-1]
-    heights = (normals * a).sum(1)
-    return triples[(heights > 1e-9) & (directions @ normals.T <= heights + 1e-9).all(0)]
 
 
 def hats(directions, triangles, toward):
@@ -40,20 +27,22 @@ def read_field(folder):
     """Direction meshes with their triangles, and regions."""
     file = folder.read("field.bin")
     assert bytes(file.take("u1", 9)) == b"slf field"
-    meshes = [file.take("f8", file.count(), 3) for _ in range(file.count())]
-    regions = []
+    meshes, regions = [], []
+    for _ in range(file.count()):
+        count = file.count()
+        meshes.append((file.take("f8", count, 3), file.take("u4", 2 * count - 4, 3)))
     for _ in range(file.count()):
         mesh, width, height, vertices, triangles = (file.count() for _ in range(5))
         regions.append({
             "mesh": mesh, "width": width, "height": height,
             "vertices": file.take("u4", vertices), "coordinates": file.take("f4", vertices, 2),
             "triangles": file.take("u4", triangles, 3), "mesh_triangles": file.take("u4", triangles),
-            "textures": file.take("u8", len(meshes[mesh]))})
-    return [(directions, hull(directions)) for directions in meshes], regions
+            "textures": file.take("u8", len(meshes[mesh][0]))})
+    return meshes, regions
 
 
 def decode(model, camera):
-    folder = Folder(model, "surflect surface light field", 1)
+    folder = Folder(model, "surflect surface light field", 2)
     positions, _ = folder.mesh()
     meshes, regions = read_field(folder)
     texels = folder.texels("textures.bin")

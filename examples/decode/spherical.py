@@ -55,22 +55,24 @@ class Image:
         up = (0, 1, 0) if abs(direction[1]) < 0.9 else (0, 0, 1)
         right = unit(np.cross(up, direction))
         self.axes = np.stack([right, -np.cross(direction, right), direction]) / (2 * radius)
-        self.steps_of_slope = len(levels[0]) * 2. ** -mip
+        self.texels_of_slope = len(levels[0]) * 2. ** -mip
+        self.lowest, self.highest = levels[0][..., 4].min(), levels[0][..., 4].max()
 
     def at(self, places):
         """Texels at places 0..1."""
         return sum(share * bilinear(level, *(places * len(level)).T) for level, share in self.shares if share > 0)
 
-    def heights_met(self, plane, slope, start):
+    def heights_met(self, plane, slope, viewer):
         """Where rays first come from above to the heights, at solid texels if there are any; NaN if nowhere."""
+        start, end = min(viewer, self.highest + 1 / 1024), self.lowest
         above = lambda rays, h: self.at(plane[rays] + h[:, None] * slope[rays])[:, 4] - h
-        steps = np.clip(np.ceil(np.linalg.norm(slope, axis=1) * self.steps_of_slope), 1, MOST_STEPS)
+        steps = np.clip(np.ceil((start - end) * np.linalg.norm(slope, axis=1) * self.texels_of_slope), 1, MOST_STEPS)
         met, met_alpha = np.full(len(plane), np.nan), np.zeros(len(plane))
         high = np.full(len(plane), start)
         high_above = np.minimum(0, above(np.arange(len(plane)), high))
         for i in range(1, int(steps.max()) + 1):
             rays = np.flatnonzero((i <= steps) & (met_alpha < SOLID))
-            low = start - (start + 0.5) * i / steps[rays]
+            low = start - (start - end) * i / steps[rays]
             low_above = above(rays, low)
             crossed = (high_above[rays] < 0) & (low_above >= 0)
             some = rays[crossed]
@@ -114,7 +116,7 @@ def decode(model, camera):
         e, w = image.axes @ viewer + (0.5, 0.5, 0), rays[at] @ image.axes.T
         plane = e[:2] - e[2] / w[:, 2:] * w[:, :2]
         slope = (e[:2] - plane) / e[2]
-        height = image.heights_met(plane, slope, min(e[2], 0.5))
+        height = image.heights_met(plane, slope, e[2])
         place = plane + height[:, None] * slope
         shown = ~np.isnan(height) & (place >= 0).all(1) & (place <= 1).all(1)
         color[at[shown]] += weights[at[shown], None] * image.at(place[shown])[:, :4]

@@ -27,7 +27,8 @@ struct BuildInput {
   std::string stageScale; // a [scale.NAME] of a stage file; or empty
   std::filesystem::path output;
   std::function<void(std::string_view line)> say; // tells people what was found and made
-  validation::TakeFindings take;                  // of the checks of photographs; may stop the build
+  // Takes findings of the checks of photographs and mesh; may stop the build.
+  validation::TakeFindings take = validation::requireNoError;
 };
 
 // Report of a build: figures by name. "map_bytes.view" is the entry `view` of the group `map_bytes`.

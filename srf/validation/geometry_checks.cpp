@@ -2,6 +2,7 @@
 
 #include "srf/capture/origin.h"
 #include "srf/validation/small_view.h"
+#include "surfel/base/error.h"
 #include "surfel/base/text.h"
 #include "surfel/math/bounds.h"
 #include "surfel/math/median.h"
@@ -171,6 +172,11 @@ std::vector<Finding> checkCapture(const capture::Capture& capture, const Triangl
   append(checkExposures(capture, measures));
   append(checkLights(capture, mesh, caster, effort, contrast, progress));
   return findings;
+}
+
+void requireNoError(std::span<const Finding> findings) {
+  for (const Finding& finding : findings)
+    if (finding.severity == Severity::error) throw Error(finding.text);
 }
 
 void checkBeforeGeometry(const capture::Capture& training, const CheckEffort& effort,

@@ -116,6 +116,8 @@ std::vector<Finding> checkCapture(const capture::Capture& capture, const Triangl
 
 // Takes the findings of one kind of check; throws Error where they stop the work.
 using TakeFindings = std::function<void(std::span<const Finding>)>;
+// Throws the first error among the findings.
+void requireNoError(std::span<const Finding> findings);
 
 // Checks that the builders of all methods run on the training frames of a capture: poses and mattes before
 // its geometry is made, and then the geometry, against what it was not made from. Throws Error and Cancelled

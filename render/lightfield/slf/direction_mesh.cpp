@@ -9,6 +9,7 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -48,6 +49,12 @@ std::vector<Triangle> hullOf(std::span<const Direction> directions) {
   return triangles;
 }
 
+// Solid angle of the cone of a triangle.  [Van Oosterom and Strackee 1983]
+double solidAngle(const Direction& a, const Direction& b, const Direction& c) {
+  return 2 * std::atan2(determinant(a, b, c), 1 + dot(a, b) + dot(b, c) + dot(c, a));
+}
+
+// Triangle across the edge opposite to each corner. Throws Error where there is none.
 std::vector<Triangle> neighborsOf(std::span<const Triangle> triangles) {
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> triangleOfEdge; // from, to: as its triangle runs
   for (uint32_t t = 0; t < triangles.size(); ++t)
@@ -59,7 +66,7 @@ std::vector<Triangle> neighborsOf(std::span<const Triangle> triangles) {
       const auto across =
           triangleOfEdge.find({triangles[t][(corner + 2) % 3], triangles[t][(corner + 1) % 3]});
       if (across == triangleOfEdge.end())
-        throw Error("too close to each other to be triangulated").at("directions");
+        throw Error("has an edge that no other triangle has").at("triangles[" + std::to_string(t) + ']');
       neighbors[t][corner] = across->second;
     }
   return neighbors;
@@ -80,6 +87,23 @@ DirectionMesh::DirectionMesh(std::vector<Direction> directions) : directions_(st
     std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
   }
   std::ranges::sort(triangles_); // the same order whatever Qhull does
+  neighbors_ = neighborsOf(triangles_);
+}
+
+DirectionMesh::DirectionMesh(std::vector<Direction> directions, std::vector<Triangle> triangles)
+    : directions_(std::move(directions)), triangles_(std::move(triangles)) {
+  requireDistinctUnits(directions_);
+  double covered = 0;
+  for (size_t t = 0; t < triangles_.size(); ++t) {
+    const auto& [a, b, c] = triangles_[t];
+    if (std::max({a, b, c}) >= directions_.size() ||
+        !(determinant(directions_[a], directions_[b], directions_[c]) > 0))
+      throw Error("is not counter-clockwise, seen from outside").at("triangles[" + std::to_string(t) + ']');
+    covered += solidAngle(directions_[a], directions_[b], directions_[c]);
+  }
+  constexpr double kSphere = 4 * std::numbers::pi;
+  if (!(std::abs(covered / kSphere - 1) < 1e-6))
+    throw Error::mismatch("the sphere, once", numberText(covered / kSphere) + " of it").at("triangles");
   neighbors_ = neighborsOf(triangles_);
 }
 

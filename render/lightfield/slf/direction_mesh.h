@@ -28,6 +28,10 @@ public:
   // Triangulates unit directions by their convex hull, which is their Delaunay triangulation on the sphere.
   // Throws Error unless the directions are finite, distinct and in no closed hemisphere.
   explicit DirectionMesh(std::vector<Direction> directions);
+  // Takes triangles as they were stored: of four directions in one plane, the hull leaves the diagonal open.
+  // Throws Error unless the directions are finite and distinct and the triangles' cones cover the sphere
+  // once.
+  DirectionMesh(std::vector<Direction> directions, std::vector<std::array<uint32_t, 3>> triangles);
 
   std::span<const Direction> directions() const { return directions_; }
   // Corners are indices of directions, counter-clockwise seen from outside.

@@ -6,6 +6,7 @@
 #include "surfel/base/error.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <span>
 #include <string>
@@ -21,12 +22,16 @@ std::string numbered(const char* name, size_t index) { return name + ('[' + std:
 
 void describeDirections(Archive& archive, std::vector<DirectionMesh>& meshes, size_t mesh) {
   std::vector<Direction> directions;
-  if (!archive.isReading())
+  std::vector<std::array<uint32_t, 3>> triangles;
+  if (!archive.isReading()) {
     directions.assign(meshes[mesh].directions().begin(), meshes[mesh].directions().end());
+    triangles.assign(meshes[mesh].triangles().begin(), meshes[mesh].triangles().end());
+  }
   size_t count = directions.size();
   archive.number<uint64_t>("directions", count, {4, kMostDirections});
   archive.array<double>("directions", directions, count);
-  if (archive.isReading()) meshes.emplace_back(std::move(directions));
+  archive.array<uint32_t>("triangles", triangles, 2 * count - 4, Below(count)); // Euler's formula
+  if (archive.isReading()) meshes.emplace_back(std::move(directions), std::move(triangles));
 }
 
 void describeChart(Archive& archive, Chart& chart, const TriangleMesh& mesh) {

@@ -19,7 +19,7 @@
 namespace surflect::slf {
 
 inline constexpr const char* kFormatTag = "surflect surface light field";
-inline constexpr int kFormatVersion = 1;
+inline constexpr int kFormatVersion = 2;
 inline constexpr const char* kFieldFile = "field.bin";       // charts, directions, places of textures
 inline constexpr const char* kTexturesFile = "textures.bin"; // texels, texture by texture
 

@@ -5,30 +5,57 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace surflect::spherical {
 
+namespace {
+
+constexpr double kGuessed = 2; // share of the budget that a guessed time may take
+
+} // namespace
+
 DetailControl::DetailControl(size_t levels, const ControlOptions& options)
-    : finest_(3 * (static_cast<int>(levels) - 1)), options_(options) {}
+    : finest_(3 * (static_cast<int>(levels) - 1)), options_(options), isTried_(levels, false) {}
+
+int DetailControl::retreat(const std::function<bool(int thirds)>& fits,
+                           const std::function<double(double detail)>& predicted) const {
+  for (int coarser = thirds_ - 1; coarser >= 0; --coarser)
+    if (fits(coarser)) return coarser;
+  for (int finer = thirds_ / 3 * 3 + 3; finer <= finest_; finer += 3)
+    if (fits(finer)) return finer;
+  const auto untried = std::ranges::find(isTried_, false);
+  if (untried != isTried_.end()) return 3 * static_cast<int>(untried - isTried_.begin());
+  int least = 0;
+  for (int whole = 3; whole <= finest_; whole += 3)
+    if (predicted(whole / 3.0) < predicted(least / 3.0)) least = whole;
+  return least;
+}
 
 double DetailControl::choose(const std::function<double(double detail)>& predicted) {
-  const auto fits = [&](int thirds, double share) {
-    return predicted(thirds / 3.0) <= share * options_.budget;
+  const auto fits = [&](double share) {
+    return [&, share](int thirds) { return predicted(thirds / 3.0) <= share * options_.budget; };
   };
-  if (!fits(thirds_, 1)) {
-    while (thirds_ > 0 && !fits(thirds_, 1)) --thirds_;
+  const std::optional<int> before = std::exchange(before_, std::nullopt);
+  if (before && !fits(options_.headroom)(thirds_) && fits(1)(*before)) {
+    thirds_ = *before; // it was a wrong guess
     waiting_ = options_.patience;
-    return thirds_ / 3.0;
-  }
-  if (waiting_ > 0) {
+  } else if (!fits(1)(thirds_)) {
+    thirds_ = retreat(fits(1), predicted);
+    waiting_ = options_.patience;
+  } else if (waiting_ > 0) {
     --waiting_;
-    return thirds_ / 3.0;
+  } else {
+    const int whole = thirds_ / 3 * 3 + 3;
+    for (int next = thirds_ + 1; next <= finest_; next = next / 3 * 3 + 3) { // a third, then whole levels
+      const bool isGuess = next == whole && !isTried_[static_cast<size_t>(next / 3)];
+      if (!fits(isGuess ? kGuessed : options_.headroom)(next)) continue;
+      if (isGuess) before_ = thirds_;
+      thirds_ = next;
+      break;
+    }
   }
-  const int next = thirds_ + 1, whole = thirds_ / 3 * 3 + 3;
-  if (next <= finest_ && fits(next, options_.headroom))
-    thirds_ = next;
-  else if (whole <= finest_ && fits(whole, options_.headroom))
-    thirds_ = whole;
+  if (thirds_ % 3 == 0) isTried_[static_cast<size_t>(thirds_ / 3)] = true;
   return thirds_ / 3.0;
 }
 

@@ -15,15 +15,19 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace surflect::spherical {
 
 // Choice of the level of detail whose predicted time fits a budget.
 //
 // [Domingo 2007, §4.2]: the highest level of detail that satisfies the frame rate. Steps upwards go by thirds
-// of a level, so that nothing pops, unless the blend of two levels costs too much where the finer one alone
-// does not. Steps downwards are taken at once. Hysteresis: a step upwards needs headroom, and some frames
-// since the last step downwards.
+// of a level, so that nothing pops, or to the next level that fits where thirds below it cost too much: a
+// blend draws two levels, and a coarse level may cost more than a fine one. If a frame does not fit, the
+// finest coarser level that fits is taken at once, else one that is finer and fits. If none fits, levels that
+// have never been drawn are tried, and then the one that is predicted to take least is kept. The prediction
+// of a level that was never drawn is a guess from those beside it: upwards, it is tried up to twice the
+// budget. Hysteresis: a step upwards needs headroom, and some frames since the last step downwards.
 struct ControlOptions {
   double budget = 0.1;    // seconds a frame
   double headroom = 0.92; // share of the budget that a step upwards may use
@@ -40,9 +44,15 @@ public:
   double choose(const std::function<double(double detail)>& predicted);
 
 private:
+  // Level in thirds where the present one does not fit. `fits` tells whether one takes at most the budget.
+  int retreat(const std::function<bool(int thirds)>& fits,
+              const std::function<double(double detail)>& predicted) const;
+
   int finest_; // in thirds, as the following
   ControlOptions options_;
   int thirds_ = 0, waiting_ = 0;
+  std::optional<int> before_; // the level before the last frame's, which was a guess
+  std::vector<bool> isTried_; // by whole level
 };
 
 // Target of a flight's frames, and its clock.

@@ -2,11 +2,12 @@
 // Radiance of a ray by one pencil; the class Reference of reference.h has the plain form, reprojection.h the symbols.
 
 const int kMostSteps = 64, kRefinements = 10;
-const float kSolid = 0.5, kNoHeight = -9.0;
+const float kSolid = 0.5, kNoHeight = -9.0, kMargin = 1.0 / 1024.0;
 
 in vec3 crossingScaled;
 in float weight;
 flat in vec4 viewerAndSlot;
+flat in vec2 heightRange;
 layout(location = 0) out vec4 color;        // premultiplied
 layout(location = 1) out float depthTimesAlpha;
 
@@ -49,12 +50,15 @@ float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
 }
 
 // heightMet() of reprojection.h; kNoHeight if there is none.
-float heightMet(vec2 plane, vec2 slope, float slot, float start) {
-  int steps = int(clamp(ceil(length(slope) * imageSize * exp2(-mip)), 1.0, float(kMostSteps)));
+float heightMet(vec2 plane, vec2 slope, float slot, float viewer) {
+  float start = min(viewer, heightRange.y + kMargin), end = heightRange.x;
+  if (start <= end) return kNoHeight;
+  float texels = (start - end) * length(slope) * imageSize * exp2(-mip);
+  int steps = int(clamp(ceil(texels), 1.0, float(kMostSteps)));
   float met = kNoHeight, metAlpha = 0.0;
   vec2 high = vec2(start, min(0.0, above(plane, slope, slot, start)));
   for (int i = 1; i <= steps; ++i) {
-    float h = start - (start + 0.5) * float(i) / float(steps);
+    float h = start - (start - end) * float(i) / float(steps);
     vec2 low = vec2(h, above(plane, slope, slot, h));
     if (high.y < 0.0 && low.y >= 0.0) {
       h = crossing(plane, slope, slot, high, low);
@@ -77,7 +81,7 @@ void main() {
   vec2 plane = crossingScaled.xy / crossingScaled.z;
   vec2 slope = (e.xy - plane) / e.z;
   if (!passesSphere(e, plane, slope)) return;
-  float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w, min(e.z, 0.5)) : 0.0;
+  float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w, e.z) : 0.0;
   if (height == kNoHeight) return;
   vec2 place = plane + height * slope;
   if (any(lessThan(place, vec2(0.0))) || any(greaterThan(place, vec2(1.0)))) return;

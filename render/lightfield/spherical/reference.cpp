@@ -33,7 +33,7 @@ void addPencil(const ShownImage& shown, const ImageAxes& axes, const Sphere& sph
   const Vec2<double> plane = atPlane(e, w), slope = slopeOf(e, plane);
   if (!passesSphere(e, plane, slope)) return;
   const std::optional<double> height =
-      look.depth ? heightMet(*shown.image, plane, slope, std::min(e[2], 0.5), mip) : std::optional(0.0);
+      look.depth ? heightMet(*shown.image, plane, slope, e[2], mip) : std::optional(0.0);
   if (!height) return;
   const Vec2<double> place = plane + *height * slope;
   if (place.minCoeff() < 0 || place.maxCoeff() > 1) return;

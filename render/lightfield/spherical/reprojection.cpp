@@ -48,19 +48,23 @@ bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2
   return (nearest < e[2] || isInside) && (offset + nearest * slope).squaredNorm() + nearest * nearest < 0.25;
 }
 
-int stepsOf(const Vec2<double>& slope, int size, double mip) {
-  return static_cast<int>(
-      std::clamp(std::ceil(slope.norm() * size * std::exp2(-mip)), 1.0, 0.0 + kMostSteps));
+March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip) {
+  constexpr double kMargin = 1.0 / 1024; // above the heights, so that the first of them is crossed
+  March march{std::min(viewer, double{range.highest} + kMargin), range.lowest};
+  const double texels = (march.from - march.to) * slope.norm() * size * std::exp2(-mip);
+  march.steps = static_cast<int>(std::clamp(std::ceil(texels), 1.0, 0.0 + kMostSteps));
+  return march;
 }
 
 std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
-                                const Vec2<double>& slope, double start, double mip) {
+                                const Vec2<double>& slope, double viewer, double mip) {
   const auto above = [&](double h) { return heightAt(image, atPlane + h * slope, mip) - h; };
-  const int steps = stepsOf(slope, image.mips[0].size, mip);
+  const March march = marchOf(image.range, slope, viewer, image.mips[0].size, mip);
   std::optional<double> met;
-  double metAlpha = 0, high = start, highAbove = std::min(0.0, above(high));
-  for (int i = 1; i <= steps; ++i) {
-    const double low = start - (start + 0.5) * i / steps, lowAbove = above(low);
+  if (march.from <= march.to) return met;
+  double metAlpha = 0, high = march.from, highAbove = std::min(0.0, above(high));
+  for (int i = 1; i <= march.steps; ++i) {
+    const double low = march.from - (march.from - march.to) * i / march.steps, lowAbove = above(low);
     if (highAbove < 0 && lowAbove >= 0) {
       const double h = crossing(above, {high, highAbove}, {low, lowAbove});
       const double alpha = colorAt(image, atPlane + h * slope, mip)[3];

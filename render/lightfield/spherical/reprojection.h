@@ -20,19 +20,23 @@ Vec2<double> slopeOf(const Vec3<double>& e, const Vec2<double>& atPlane);
 bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2<double>& slope);
 
 // Height where the ray first comes from above to a solid part of the object: H(x(h)) = h. The ray starts at
-// height `start`, that of the viewer or 1/2 if the viewer is higher: nothing behind the viewer is met. Found
-// between steps of about a texel of the mip level. A crossing where alpha is below kSolid counts only if
-// there is no solid one behind it. Empty if there is no crossing: behind an outline the ray passes through,
-// as heights beside the object continue those on it. At a jump of heights within the object the ray meets a
-// wall.
+// the viewer's height e.z, as nothing behind the viewer is met, or above the image's heights if the viewer is
+// higher, and ends at the lowest of these. Found between steps of about a texel of the mip level. A crossing
+// where alpha is below kSolid counts only if there is no solid one behind it. Empty if there is no crossing:
+// behind an outline the ray passes through, as heights beside the object continue those on it. At a jump of
+// heights within the object the ray meets a wall.
 std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
-                                const Vec2<double>& slope, double start, double mip);
+                                const Vec2<double>& slope, double viewer, double mip);
 
 inline constexpr double kSolid = 0.5;
 inline constexpr int kMostSteps = 64, kRefinements = 10;
 
-// Number of steps of heightMet().
-int stepsOf(const Vec2<double>& slope, int size, double mip);
+// Heights between which heightMet() looks; none if `from` is not above `to`.
+struct March {
+  double from = 0, to = 0;
+  int steps = 0;
+};
+March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip);
 
 // Mip level whose texels are as wide as `pixel`, the angle of a pixel, at the middle of the object; 0 if all
 // are wider. The viewer is `distance` away.

@@ -33,10 +33,10 @@ Eigen::Matrix4f clipFromRay(const capture::Camera<AcquisitionSpace>& camera) {
 
 // Vertices of triangles, by attribute of pencils.vert.
 struct Vertices {
-  std::vector<float> rays, crossings, viewers;
+  std::vector<float> rays, crossings, viewers, ranges;
 
   void push(const Vec3<double>& direction, const Vec3<double>& e, const Vec3<double>& w, double weight,
-            uint32_t slot) {
+            uint32_t slot, const HeightRange& range) {
     for (const double value : {-direction[0], -direction[1], -direction[2]})
       rays.push_back(static_cast<float>(value));
     const double descent = -w[2];
@@ -45,6 +45,7 @@ struct Vertices {
       crossings.push_back(static_cast<float>(value));
     for (const double value : {e[0], e[1], e[2]}) viewers.push_back(static_cast<float>(value));
     viewers.push_back(static_cast<float>(slot));
+    for (const float value : {range.lowest, range.highest}) ranges.push_back(value);
   }
 };
 
@@ -55,13 +56,14 @@ SphericalFrame::Target::Target(int width, int height)
       framebuffer("spherical", {{&color}, {&depth}}) {}
 
 SphericalFrame::SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots)
-    : shape_(shape), colors_(textureShape(gl::Format::rgba16f, shape.size, slots)),
+    : shape_(shape), ranges_(slots), colors_(textureShape(gl::Format::rgba16f, shape.size, slots)),
       heights_(textureShape(gl::Format::r32f, shape.size, slots)),
       program_(kShaders, {"pencils.vert", "pencils.frag"}), textureBytes_(slots * imageBytes(shape.size)) {
   for (ImageNumber image = 0; image < shape.images(); ++image) axes_.push_back(axesOf(tree.direction(image)));
 }
 
 void SphericalFrame::upload(uint32_t slot, const PencilImage& image) {
+  ranges_[slot] = image.range;
   for (size_t level = 0; level < image.mips.size(); ++level) {
     const MipLevel& mip = image.mips[level];
     const gl::Place place{.layer = static_cast<int>(slot), .level = static_cast<int>(level)};
@@ -102,13 +104,15 @@ void SphericalFrame::add(std::span<const TexturedTriangle> triangles) {
     for (size_t i = 0; i < 3; ++i) {
       const Vec3<double>& corner = triangle.part.corners[i];
       vertices.push(corner, e, vectorOf(shape_.sphere, axes, -corner), triangle.part.weights[i],
-                    triangle.slot);
+                    triangle.slot, ranges_[triangle.slot]);
     }
   }
   if (vertices.rays.empty()) return;
   const auto bytes = [](const std::vector<float>& values) { return std::as_bytes(std::span(values)); };
-  const std::array<gl::VertexAttribute, 3> attributes{
-      {{0, 3, bytes(vertices.rays)}, {1, 4, bytes(vertices.crossings)}, {2, 4, bytes(vertices.viewers)}}};
+  const std::array<gl::VertexAttribute, 4> attributes{{{0, 3, bytes(vertices.rays)},
+                                                       {1, 4, bytes(vertices.crossings)},
+                                                       {2, 4, bytes(vertices.viewers)},
+                                                       {3, 2, bytes(vertices.ranges)}}};
   const gl::VertexArray mesh(attributes);
   const std::array<const gl::Texture*, 2> textures{&colors_, &heights_};
   gl::draw({target_->framebuffer,

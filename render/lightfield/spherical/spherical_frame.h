@@ -51,7 +51,8 @@ private:
   };
 
   FieldShape shape_;
-  std::vector<ImageAxes> axes_; // by image
+  std::vector<ImageAxes> axes_;     // by image
+  std::vector<HeightRange> ranges_; // by slot
   gl::Texture colors_, heights_;
   gl::Program program_;
   std::optional<Target> target_;

@@ -5,6 +5,7 @@
 #include "render/lightfield/lfm/root_radiance.h"
 #include "render/lightfield/lfm/view_blend.h"
 #include "tests/render/lightfield/slf/meshes.h"
+#include "tests/srf/image/files.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -369,6 +370,26 @@ TEST(UnseenVertices, RootsSpreadFromSeenVerticesOutwards) {
   for (const uint32_t v : {8u, 9u}) EXPECT_LT((roots[v] - 3 * kRingRoot).norm(), 1e-6);
   for (const uint32_t v : {12u, 13u, 14u}) EXPECT_EQ(roots[v], Vec3<float>(0, 0, 0));
   EXPECT_EQ(roots[0], kRingRoot);
+}
+
+TEST(MapSizes, AVertexHasAsManyTermsAsSamplesOrDirections) {
+  const TriangleMesh mesh = slf::testing::bumpySphere(8, 10);
+  const Rings rings(mesh);
+  size_t ring = 0;
+  for (const uint32_t vertex : rings.vertices()) ring = std::max(ring, rings.around(vertex).size());
+  EXPECT_EQ(mostTerms(rings, {.samples = 2, .viewSize = 8}), ring); // one sample of each triangle
+  EXPECT_EQ(mostTerms(rings, {.samples = 3, .viewSize = 8}), 3 * ring);
+  EXPECT_EQ(mostTerms(rings, {.samples = 100, .viewSize = 2}), 3u * 4); // directions and channels
+}
+
+TEST(MapSizes, SizesThatDoNotFitIntoMemoryAreRefusedBeforeWork) {
+  const TriangleMesh mesh = slf::testing::bumpySphere(8, 10);
+  const Rings rings(mesh);
+  requireMemoryFor(rings, {.samples = 24, .viewSize = 32, .terms = 5});
+  const std::string error =
+      image::errorOf([&] { requireMemoryFor(rings, {.samples = 4096, .viewSize = 256, .terms = 5}); });
+  EXPECT_TRUE(error.starts_with("samples 4096 and view_size 256: needs ")) << error;
+  EXPECT_NE(error.find(" are there"), std::string::npos) << error;
 }
 
 } // namespace

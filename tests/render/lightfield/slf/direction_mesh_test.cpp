@@ -67,6 +67,63 @@ TEST(DirectionMesh, SubdividedOctahedraHaveTheirNumbersOfDirectionsAndTriangles)
   }
 }
 
+std::string errorOfTriangles(std::span<const Direction> directions,
+                             const std::vector<std::array<uint32_t, 3>>& triangles) {
+  return image::errorOf([&] { DirectionMesh({directions.begin(), directions.end()}, triangles); });
+}
+
+TEST(DirectionMesh, StoredTrianglesComeBack) {
+  for (const DirectionMesh& mesh : meshes()) {
+    const DirectionMesh stored({mesh.directions().begin(), mesh.directions().end()},
+                               {mesh.triangles().begin(), mesh.triangles().end()});
+    EXPECT_TRUE(std::ranges::equal(stored.triangles(), mesh.triangles()));
+    for (size_t t = 0; t < mesh.triangles().size(); ++t) EXPECT_EQ(stored.neighbors(t), mesh.neighbors(t));
+  }
+}
+
+// The corners of a cube: its faces may be cut along either diagonal.
+TEST(DirectionMesh, EitherDiagonalOfAFlatFaceIsKept) {
+  std::vector<Direction> corners;
+  for (const double x : {-1, 1})
+    for (const double y : {-1, 1})
+      for (const double z : {-1, 1}) corners.push_back(normalized(assume<Direction>(Vec3<double>(x, y, z))));
+  const DirectionMesh hull(corners);
+  std::vector<std::array<uint32_t, 3>> triangles(hull.triangles().begin(), hull.triangles().end());
+  // Flips the diagonal that the first triangle shares with the other one of its face.
+  for (size_t corner = 0; corner < 3; ++corner) {
+    const uint32_t other = hull.neighbors(0)[corner];
+    const auto [a, b, c] =
+        std::array{triangles[0][corner], triangles[0][(corner + 1) % 3], triangles[0][(corner + 2) % 3]};
+    const uint32_t d = *std::ranges::find_if(triangles[other], [&](uint32_t v) { return v != b && v != c; });
+    const auto at = [&](uint32_t v) { return corners[v].raw(); };
+    if (std::abs((at(b) - at(a)).cross(at(c) - at(a)).dot(at(d) - at(a))) > 1e-9) continue; // another face
+    triangles[0] = {a, b, d};
+    triangles[other] = {a, d, c};
+    EXPECT_TRUE(std::ranges::equal(DirectionMesh(corners, triangles).triangles(), triangles));
+    return;
+  }
+  FAIL() << "no flat face";
+}
+
+TEST(DirectionMesh, TrianglesThatDoNotCoverTheSphereOnceAreRefused) {
+  const DirectionMesh mesh(octahedronDirections(1));
+  const std::vector<std::array<uint32_t, 3>> right(mesh.triangles().begin(), mesh.triangles().end());
+  auto triangles = right;
+  std::swap(triangles[3][0], triangles[3][1]);
+  EXPECT_NE(errorOfTriangles(mesh.directions(), triangles).find("triangles[3]: is not counter-clockwise"),
+            std::string::npos);
+  triangles = right;
+  triangles[5] = triangles[6];
+  EXPECT_NE(errorOfTriangles(mesh.directions(), triangles).find("triangles"), std::string::npos);
+  triangles = right;
+  triangles.pop_back();
+  EXPECT_NE(errorOfTriangles(mesh.directions(), triangles).find("expected the sphere, once"),
+            std::string::npos);
+  triangles = right;
+  triangles.insert(triangles.end(), right.begin(), right.end());
+  EXPECT_NE(errorOfTriangles(mesh.directions(), triangles).find("found 2 of it"), std::string::npos);
+}
+
 TEST(DirectionMesh, ACoarserOctahedronIsTheStartOfAFinerOne) {
   const auto coarse = octahedronDirections(1), fine = octahedronDirections(3);
   EXPECT_TRUE(std::ranges::equal(coarse, std::span(fine).first(coarse.size())));

@@ -172,6 +172,25 @@ TEST(DetailControl, ASteadyLoadNearTheLimitDoesNotOscillate) {
   EXPECT_EQ(changes, 0);
 }
 
+// Coarse levels cost more, as their rays cross more texels, and that is known only of levels that were drawn.
+TEST(DetailControl, CoarseLevelsThatCostMoreThanFineOnesAreLeft) {
+  for (const double budget : {0.25, 0.1}) { // one that level 2 and 3 keep, and one that none keeps
+    DetailControl control(4, {.budget = budget});
+    const std::vector<double> costs{0.36, 0.34, 0.13, 0.12};
+    std::vector<double> known(4, 0.3);
+    double detail = 0;
+    for (int frame = 0; frame < 40; ++frame) {
+      detail = control.choose([&](double asked) {
+        const auto coarse = static_cast<size_t>(asked);
+        return asked == std::floor(asked) ? known[coarse] : known[coarse] + known[coarse + 1];
+      });
+      const auto coarse = static_cast<size_t>(detail);
+      known[coarse] = costs[coarse];
+    }
+    EXPECT_EQ(detail, 3) << budget;
+  }
+}
+
 TEST(DetailControl, ABlendThatCostsTooMuchIsSkipped) {
   DetailControl control(3, {.budget = 0.1});
   const auto predicted = [](double detail) {
