@@ -23,12 +23,16 @@
 #include <cstdint>
 #include <fstream>
 #include <initializer_list>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 namespace surflect::image {
 
@@ -192,6 +196,53 @@ std::string inLayer(const std::string& layer, const char* channel) {
   return layer.empty() ? channel : layer + "." + channel;
 }
 
+// Layer of a channel, "" or "ViewLayer.Combined", and its name there.
+std::pair<std::string, std::string> layerAndName(const std::string& channel) {
+  const size_t dot = channel.rfind('.');
+  return dot == channel.npos ? std::pair(std::string(), channel)
+                             : std::pair(channel.substr(0, dot), channel.substr(dot + 1));
+}
+
+// Channels of one layer in one part.
+struct PartOfLayer {
+  int part = 0;
+  std::string partName;
+  std::set<std::string> names;
+
+  bool hasRgb() const { return names.contains("R") && names.contains("G") && names.contains("B"); }
+  bool hasGray() const {
+    return names.contains("Y") && !names.contains("X") && !names.contains("Z") && !names.contains("RY") &&
+           !names.contains("BY");
+  }
+  bool hasAlpha() const { return names.contains("A"); }
+  bool isCalledBeauty() const {
+    constexpr std::array<std::string_view, 7> kNames = {"beauty", "rgba",     "rgb", "color",
+                                                        "colour", "combined", "main"};
+    return std::ranges::find(kNames, std::string_view(lowerCase(partName))) != kNames.end();
+  }
+};
+
+// The part that shows a layer; none if several do and neither name nor alpha tells which.
+std::optional<int> partThatShows(std::span<const PartOfLayer> parts) {
+  std::vector<const PartOfLayer*> candidates;
+  const auto keep = [](std::span<const PartOfLayer* const> from, bool (PartOfLayer::*holds)() const) {
+    std::vector<const PartOfLayer*> kept;
+    std::ranges::copy_if(from, std::back_inserter(kept),
+                         [&](const PartOfLayer* part) { return (part->*holds)(); });
+    return kept;
+  };
+  for (const PartOfLayer& part : parts) candidates.push_back(&part);
+  for (const auto colors : {&PartOfLayer::hasRgb, &PartOfLayer::hasGray}) {
+    const auto colored = keep(candidates, colors);
+    if (colored.size() == 1) return colored[0]->part;
+    if (colored.empty()) continue;
+    for (const auto tells : {&PartOfLayer::isCalledBeauty, &PartOfLayer::hasAlpha})
+      if (const auto told = keep(colored, tells); told.size() == 1) return told[0]->part;
+    return std::nullopt;
+  }
+  return parts.front().part;
+}
+
 } // namespace
 
 struct ExrFile::Parts {
@@ -231,10 +282,28 @@ ExrFile::ExrFile(std::filesystem::path path) : path_(std::move(path)) {
       }
     }
     // Full names come first, so that a bare name never hides one.
+    std::map<std::string, std::vector<PartOfLayer>> partsOf; // by layer
     for (const std::string& fullName : channels_) {
       const ChannelPlace place = parts_->places.at(fullName);
+      const auto [layer, name] = layerAndName(place.name);
+      std::vector<PartOfLayer>& parts = partsOf[layer];
+      if (parts.empty() || parts.back().part != place.part)
+        parts.push_back({place.part, multiPart ? parts_->file.header(place.part).name() : "", {}});
+      parts.back().names.insert(name);
+    }
+    std::map<std::string, std::optional<int>> shown;
+    for (const auto& [layer, parts] : partsOf) shown[layer] = partThatShows(parts);
+    const std::set<std::string> colorNames{"R", "G", "B", "A", "Y", "X", "Z", "RY", "BY"};
+    for (const std::string& fullName : channels_) {
+      const ChannelPlace place = parts_->places.at(fullName);
+      const auto [layer, name] = layerAndName(place.name);
+      if (colorNames.contains(name) && shown[layer] != place.part) continue;
       parts_->places.try_emplace(place.name, place);
     }
+    for (int part = 0; multiPart && part < parts_->file.parts(); ++part)
+      partNames_.push_back(parts_->file.header(part).name());
+    if (const auto own = shown.find(""); multiPart && own != shown.end() && own->second)
+      shownPart_ = parts_->file.header(*own->second).name();
     if (channels_.empty()) throw Error::mismatch("a flat picture", "deep samples only").in(path_);
   });
 }
@@ -363,6 +432,12 @@ std::vector<Image> ExrFile::read(std::span<const ChannelSet> sets, const Progres
     for (const auto& [part, targets] : targetsOfPart) readPart(parts_->file, part, targets, progress);
   });
   return images;
+}
+
+void ExrFile::decode() const {
+  std::map<int, std::string> firstOf; // a chunk has all channels of its part
+  for (const std::string& channel : channels_) firstOf.try_emplace(parts_->places.at(channel).part, channel);
+  for (const auto& [part, channel] : firstOf) read({channel});
 }
 
 Image ExrFile::read(const ChannelSet& set) const { return std::move(read(std::span(&set, 1)).front()); }

@@ -1,7 +1,10 @@
 // OpenEXR files: many layers of one picture, read and written in one pass.
 //
 // Channel names are those of the file: "R" or "ViewLayer.Combined_L00.R". In a file of several parts the full
-// name begins with the part's, "specular.R". A name without part means the first part that has the channel.
+// name begins with the part's, "specular.R". Without part it means, for the colours and alpha of a layer, the
+// one part that shows that layer: the only part with R, G and B, else with Y; of several, the only one called
+// beauty, rgba, rgb, color, combined or main, else the only one with alpha; else none. Other names mean the
+// first part that has the channel.
 #pragma once
 
 #include "srf/image/color.h"
@@ -44,6 +47,9 @@ public:
   int width() const { return width_; }
   int height() const { return height_; }
   const std::vector<std::string>& channels() const { return channels_; }
+  // Names of the parts, if there are several, in file order; and of the part that shows the picture itself.
+  const std::vector<std::string>& parts() const { return partNames_; }
+  const std::string& shownPart() const { return shownPart_; }
   bool has(const std::string& channel) const;
   // Precision of a channel that the file has; integers count as single.
   Precision precision(const std::string& channel) const;
@@ -58,6 +64,8 @@ public:
   // throws Cancelled.
   std::vector<Image> read(std::span<const ChannelSet> sets, const Progress& progress = {}) const;
   Image read(const ChannelSet& set) const;
+  // Decompresses all chunks. Throws Error for damaged pixels.
+  void decode() const;
 
 private:
   void checkClaim(std::span<const ChannelSet> sets) const;
@@ -66,7 +74,8 @@ private:
   std::filesystem::path path_;
   std::unique_ptr<Parts> parts_;
   int width_ = 0, height_ = 0;
-  std::vector<std::string> channels_;
+  std::vector<std::string> channels_, partNames_;
+  std::string shownPart_;
 };
 
 // Colour channels of a layer: R, G, B, or Y without X, Z, RY and BY. Throws Error that lists the channels

@@ -238,13 +238,51 @@ TEST_F(Exr, PartsAreFoundByNameAndSamplesOfEveryTypeBecomeFloat) {
   EXPECT_EQ(exr.channels(),
             ChannelSet({"beauty.B", "beauty.G", "beauty.R", "id.Y", "light.L1.R", "light.L1.A"}));
   EXPECT_EQ(colorChannels(exr, ""), ChannelSet({"R", "G", "B"}));
-  const Image image = exr.read({"R", "G", "beauty.B", "Y", "light.L1.R", "light.L1.A"});
+  const Image image = exr.read({"R", "G", "beauty.B", "id.Y", "light.L1.R", "light.L1.A"});
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 5; ++x) {
       const auto texel = image.at(x, y);
       EXPECT_EQ(std::vector<float>(texel.begin(), texel.end()),
                 std::vector<float>({-3, 2, 1, 70000, 0.25f, 0.5f}));
     }
+}
+
+TEST_F(Exr, ThePictureIsThatOfOnePartAndNeverColoursOfOneWithAlphaOfAnother) {
+  using Channels = std::vector<FileBuilder::Channel>;
+  const auto channels = [](const std::string& names, uint32_t value) {
+    Channels list;
+    for (const char name : names) list.push_back({std::string(1, name), FileBuilder::half, value});
+    return list;
+  };
+  constexpr uint32_t kOne = 0x3c00, kTwo = 0x4000;
+  const auto shown = [&](const std::string& firstName, const std::string& firstChannels,
+                         const std::string& secondName, const std::string& secondChannels) {
+    writeBytes(file(), FileBuilder::multiPart(2, 2,
+                                              {{firstName, channels(firstChannels, kOne)},
+                                               {secondName, channels(secondChannels, kTwo)}}));
+    const ExrFile exr(file());
+    EXPECT_EQ(exr.parts(), (std::vector{firstName, secondName}));
+    const ChannelSet colors = colorChannels(exr, "");
+    const float value = exr.read(colors).values[0];
+    EXPECT_EQ(exr.shownPart(), value == 1 ? firstName : secondName);
+    const auto alpha = alphaChannel(exr, "");
+    if (alpha) EXPECT_EQ(exr.read({*alpha}).values[0], value);
+    return (value == 1 ? "first" : "second") + std::string(alpha ? ", alpha" : "");
+  };
+  EXPECT_EQ(shown("albedo", "BGR", "beauty", "ABGR"), "second, alpha");
+  EXPECT_EQ(shown("beauty", "BGR", "albedo", "ABGR"), "first");
+  EXPECT_EQ(shown("one", "ABGR", "two", "BGR"), "first, alpha");
+  EXPECT_EQ(shown("one", "BGR", "two", "ABGR"), "second, alpha");
+  EXPECT_EQ(shown("one", "BGR", "matte", "A"), "first");
+  EXPECT_EQ(shown("depth", "Z", "grey", "Y"), "second");
+  EXPECT_EQ(shown("id", "Y", "picture", "BGR"), "second");
+  writeBytes(file(), FileBuilder::multiPart(
+                         2, 2, {{"left", channels("ABGR", kOne)}, {"right", channels("ABGR", kTwo)}}));
+  EXPECT_NE(errorOf([&] {
+              colorChannels(ExrFile(file()), "");
+            }).find("expected R, G, B or Y (or as `layer` of the frames: left, right)"),
+            std::string::npos);
+  EXPECT_EQ(alphaChannel(ExrFile(file()), ""), std::nullopt);
 }
 
 TEST_F(Exr, TheSameImageGivesTheSameBytes) {
