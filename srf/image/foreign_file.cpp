@@ -182,6 +182,50 @@ std::string_view webpProfile(std::string_view file) {
   return {};
 }
 
+std::string jpegDamage(std::string_view file) {
+  constexpr uint32_t kStart = 0xffd8, kEnd = 0xffd9, kStartOfScan = 0xffda, kFirstRestart = 0xffd0,
+                     kLastRestart = 0xffd7;
+  const Numbers numbers(file, std::endian::big);
+  if (numbers.at(0, 2) != kStart) return {}; // the decoder's matter
+  const auto hasNoLength = [](uint32_t marker) { return marker >= kFirstRestart && marker <= kLastRestart; };
+  bool inScan = false;
+  for (size_t at = 2; at + 2 <= file.size();) {
+    if (inScan) { // a marker is 0xff with another byte than 0, which stands for the 0xff itself
+      at = file.find('\xff', at);
+      if (at == file.npos) break;
+    }
+    const uint32_t marker = numbers.at(at, 2);
+    if (marker == kEnd) return {};
+    if (marker == 0xffff) { // filling
+      ++at;
+    } else if (inScan && (marker == 0xff00 || hasNoLength(marker))) {
+      at += 2;
+    } else if (marker < 0xff00) {
+      return {}; // the decoder's matter
+    } else {
+      inScan = marker == kStartOfScan;
+      at += 2 + size_t{numbers.at(at + 2, 2)};
+    }
+  }
+  return "the file ends before its picture";
+}
+
+std::string webpDamage(std::string_view file) {
+  constexpr size_t kZeros = 64;
+  const Numbers numbers(file, std::endian::little);
+  if (!file.starts_with("RIFF")) return {};
+  for (size_t at = 12; at + 8 <= file.size();) {
+    const size_t length = numbers.at(at + 4, 4);
+    const std::string_view name = file.substr(at, 4);
+    if (name == "VP8 " || name == "VP8L")
+      if (const size_t zeros = file.substr(at + 8, length).find(std::string(kZeros, '\0'));
+          zeros != file.npos)
+        return "its pixels are zeros from byte " + std::to_string(at + 8 + zeros) + " on";
+    at += 8 + length + length % 2;
+  }
+  return {};
+}
+
 namespace {
 
 // Returns whether a fourth byte is alpha. If the header does not declare it, or it is 0 everywhere, it is

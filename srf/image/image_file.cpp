@@ -51,6 +51,14 @@ ReadForeign* loadForeignReader() {
 constexpr std::array<std::string_view, 11> foreignExtensions = {
     ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
 
+// Throws Error for pictures that are cut off or have holes, which decoders fill up.
+void requireWhole(const std::filesystem::path& path, std::string_view extension) {
+  std::string damage;
+  if (extension == ".jpg" || extension == ".jpeg" || extension == ".jpe") damage = jpegDamage(readFile(path));
+  if (extension == ".webp") damage = webpDamage(readFile(path));
+  if (!damage.empty()) throw Error("cannot read (" + damage + ")").in(path);
+}
+
 Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
   if (!isPictureName(path))
     throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
@@ -62,6 +70,7 @@ Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent exte
   std::string problem;
   if (!readForeign(path.c_str(), extent, picture, problem))
     throw Error("cannot read (" + problem + ")").in(path);
+  if (extent == ForeignExtent::pixels) requireWhole(path, lowerExtension(path));
   return completed(std::move(picture), path, lowerExtension(path));
 }
 
@@ -135,6 +144,13 @@ PictureHeader readPictureHeader(const std::filesystem::path& path) {
           picture.orientation,
           picture.bits,
           std::move(picture.color)};
+}
+
+void decodePicture(const std::filesystem::path& path) {
+  if (formatOf(path) == PictureFormat::exr)
+    ExrFile(path).decode();
+  else
+    readPicture(path);
 }
 
 PictureSize readPictureSize(const std::filesystem::path& path) {

@@ -29,9 +29,11 @@ struct Picture {
   bool hasAlpha() const { return image.channels == 2 || image.channels == 4; }
 };
 
-// Reads a picture; of an EXR the layer without a name. Throws Error, also if the reader for foreign formats
-// is missing.
+// Reads a picture; of an EXR the layer without a name. Throws Error, also for a picture that is cut off,
+// which decoders fill up, and if the reader for foreign formats is missing.
 Picture readPicture(const std::filesystem::path& path);
+// Decodes a picture, of an EXR all layers, in order to throw the Error that reading it would.
+void decodePicture(const std::filesystem::path& path);
 
 struct PictureSize {
   int width = 0, height = 0; // pixels

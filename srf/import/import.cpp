@@ -19,11 +19,16 @@
 #include "surfel/base/folder.h"
 #include "surfel/base/text.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 namespace surflect::importers {
@@ -134,6 +139,10 @@ namespace {
 // Without masks, strengths use pixels brighter than this share of the brightest.
 constexpr double kStrengthThreshold = 0.1;
 
+// Formats that may store pixels without compression, of which a lost part looks black.
+constexpr std::array<std::string_view, 7> kPlainFormats = {".bmp", ".tif", ".tiff", ".tga",
+                                                           ".ppm", ".pgm", ".pnm"};
+
 // The *_par.txt of a folder; throws Error if there are several.
 std::optional<fs::path> findParameters(const fs::path& folder) {
   std::optional<fs::path> found;
@@ -224,6 +233,118 @@ void fitLenses(ForeignCapture& source, const Progress& progress) {
     source.notes.push_back(std::to_string(shrunken) +
                            " views have pictures of another size than their lens; the lens was resized");
   noteTurned(orientations, source);
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Pixels.
+
+// Returns whether the object's pixels are 0 from some pixel on, in the order of the file or of a bottom-up
+// one, and hardly any before: as in a picture whose file ends in zeros. Fading shadows do not count.
+bool endsInZeros(const image::Image& picture, const image::Image& coverage) {
+  constexpr size_t kFewest = 32, kBefore = 16;
+  constexpr double kLeastShare = 0.02, kMostDark = 0.05;
+  constexpr float kBright = 24.f / 255;
+  if (picture.width != coverage.width || picture.height != coverage.height) return false;
+  const auto isFull = [&](int x, int y) { return coverage.at(x, y)[0] > 0.99f; };
+  for (const bool isBottomUp : {false, true}) {
+    std::vector<float> brightness; // of inner pixels
+    for (int row = 1; row + 1 < picture.height; ++row)
+      for (int x = 1; x + 1 < picture.width; ++x) {
+        const int y = isBottomUp ? picture.height - 1 - row : row;
+        if (!isFull(x, y) || !isFull(x - 1, y) || !isFull(x + 1, y) || !isFull(x, y - 1) || !isFull(x, y + 1))
+          continue;
+        const auto texel = picture.at(x, y);
+        brightness.push_back(*std::max_element(texel.begin(), texel.begin() + (texel.size() >= 3 ? 3 : 1)));
+      }
+    const auto isLit = [](float value) { return value > 0; };
+    const auto last = std::find_if(brightness.rbegin(), brightness.rend(), isLit);
+    const auto lit = static_cast<size_t>(brightness.rend() - last);
+    const size_t black = brightness.size() - lit;
+    if (lit < kBefore || black < kFewest ||
+        static_cast<double>(black) < kLeastShare * static_cast<double>(brightness.size()))
+      continue;
+    const auto dark =
+        std::count(brightness.begin(), brightness.begin() + static_cast<std::ptrdiff_t>(lit), 0.f);
+    const auto bright = std::count_if(last, last + kBefore, [](float value) { return value >= kBright; });
+    if (static_cast<double>(dark) <= kMostDark * static_cast<double>(lit) &&
+        2 * bright >= std::ptrdiff_t{kBefore})
+      return true;
+  }
+  return false;
+}
+
+// Returns whether colours of clear pixels are above 0 in more than a tenth of them: colours that are
+// multiplied by alpha are 0 there, unless something glows.
+bool looksStraight(const image::ExrFile& file, const std::string& layer, const std::string& alphaLayer) {
+  const auto alpha = image::alphaChannel(file, alphaLayer.empty() ? layer : alphaLayer);
+  if (!alpha) return false;
+  image::ChannelSet channels = image::colorChannels(file, layer);
+  channels.push_back(*alpha);
+  const image::Image image = file.read(channels);
+  const auto count = static_cast<size_t>(image.channels);
+  size_t clear = 0, colored = 0;
+  for (size_t i = 0; i < image.values.size(); i += count) {
+    if (image.values[i + count - 1] != 0) continue;
+    ++clear;
+    colored += *std::max_element(&image.values[i], &image.values[i + count - 1]) > 1e-3f;
+  }
+  return 10 * colored > clear;
+}
+
+// Decodes all pictures, each once and several at a time, so that the capture has none that cannot be read.
+// Notes pictures that look cut off, or have straight colours in a format that multiplies them by alpha.
+void decodePictures(ForeignCapture& source, const Progress& progress) {
+  struct Use {
+    fs::path picture, mask;
+    std::string layer, alphaLayer;
+  };
+  std::map<fs::path, Use> uses; // the first of each picture
+  for (const capture::Frame& frame : source.capture.frames)
+    for (const capture::Exposure& shot : capture::bracketOf(frame))
+      uses.try_emplace(shot.picture, Use{shot.picture, frame.mask, shot.layer, shot.alphaLayer});
+  std::vector<Use> all;
+  for (auto& [path, use] : uses) all.push_back(std::move(use));
+  std::vector<char> endsBlack(all.size()), isStraight(all.size());
+  std::vector<std::string> parts(all.size());
+  std::atomic<size_t> done = 0;
+  tbb::parallel_for(size_t{0}, all.size(), [&](size_t i) {
+    progress.checkpoint();
+    const auto& [path, mask, layer, alphaLayer] = all[i];
+    if (image::formatOf(path) == image::PictureFormat::exr) {
+      const image::ExrFile file(path);
+      file.decode();
+      isStraight[i] = looksStraight(file, layer, alphaLayer);
+      if (layer.empty() && !file.parts().empty()) {
+        for (const std::string& part : file.parts()) parts[i] += (parts[i].empty() ? "(" : ", ") + part;
+        parts[i] += "); taken is " + file.shownPart();
+      }
+    } else {
+      const image::Picture picture = image::readPicture(path);
+      const std::string extension = lowerCase(path.extension().string());
+      const bool isPlain = std::ranges::find(kPlainFormats, extension) != kPlainFormats.end();
+      if (isPlain && !mask.empty())
+        endsBlack[i] = endsInZeros(picture.image, capture::readMask(mask).coverage);
+    }
+    progress("decoding pictures", static_cast<double>(++done) / static_cast<double>(all.size()));
+  });
+  const auto note = [&](const std::vector<char>& which, const std::string& text) {
+    std::vector<std::string> names;
+    for (size_t i = 0; i < all.size(); ++i)
+      if (which[i]) names.push_back(source.files.shown(all[i].picture));
+    if (!names.empty())
+      source.notes.push_back("warning: " + std::to_string(names.size()) + " of " +
+                             counted(all.size(), "picture") + " " + text + ": " + firstNames(names));
+  };
+  note(endsBlack, "are black from somewhere within the object on, as after an interrupted copy");
+  note(isStraight,
+       "have colours where alpha is 0, so their colours look straight; those of an EXR are taken as "
+       "multiplied by alpha, and edges come out too bright");
+  std::map<std::string, std::vector<std::string>> ofParts;
+  for (size_t i = 0; i < all.size(); ++i)
+    if (!parts[i].empty()) ofParts[parts[i]].push_back(source.files.shown(all[i].picture));
+  for (const auto& [text, names] : ofParts)
+    source.notes.push_back(counted(names.size(), "EXR file") + (names.size() > 1 ? " have" : " has") +
+                           " several parts " + text + ": " + firstNames(names));
 }
 
 std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) {
@@ -410,6 +531,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     findMasks(source);
   }
   fitLenses(source, progress);
+  decodePictures(source, progress);
   noteUnused(source, report.format == ImportFormat::colmap);
   if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
   bringNear(source);

@@ -69,10 +69,10 @@ struct ImportReport {
 // these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
-// Reads a source, copies its pictures unchanged into images/ and masks/ of the output, estimates unknown
-// strengths of directional lights, and writes transforms.json. The output must not exist, or be an empty
-// folder; it appears complete or not at all. Pictures smaller or larger than the source's lens, but of
-// its aspect ratio, count as resized. Throws Error or Cancelled.
+// Reads a source, decodes its pictures, copies them unchanged into images/ and masks/ of the output,
+// estimates unknown strengths of directional lights, and writes transforms.json. The output must not exist,
+// or be an empty folder; it appears complete or not at all. Pictures smaller or larger than the source's
+// lens, but of its aspect ratio, count as resized. Throws Error or Cancelled.
 ImportReport importCapture(const std::filesystem::path& source, const std::filesystem::path& output,
                            const ImportOptions& options, const Progress& progress = {});
 

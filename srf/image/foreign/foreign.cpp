@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <string_view>
 
 namespace surflect::image {
 
@@ -71,6 +73,20 @@ std::string profileIn(const OIIO::ImageSpec& spec) {
   return {static_cast<const char*>(profile->data()), static_cast<size_t>(profile->datasize())};
 }
 
+// Returns whether a complaint of the JPEG library, which has gone on decoding, leaves all pixels intact:
+// phones write odd numbers into headers of scans, and cameras a few bytes between the last pixel and the end
+// marker.
+bool isHarmless(std::string_view complaint) {
+  constexpr unsigned kFewBytes = 64;
+  if (complaint.find("Invalid SOS parameters") != complaint.npos) return true;
+  unsigned bytes = 0, marker = 0;
+  const size_t at = complaint.find("Corrupt JPEG data: ");
+  return at != complaint.npos &&
+         std::sscanf(complaint.data() + at, "Corrupt JPEG data: %u extraneous bytes before marker %x", &bytes,
+                     &marker) == 2 &&
+         marker == 0xd9 && bytes <= kFewBytes;
+}
+
 // Ignores EXIF orientation, because lens and poses refer to sensor pixels.
 bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::string& problem) {
   const auto fileBytes = static_cast<int64_t>(std::filesystem::file_size(path));
@@ -111,9 +127,13 @@ bool read(const char* path, ForeignExtent extent, ForeignPicture& picture, std::
   const size_t pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
   const size_t stride = static_cast<size_t>(spec.nchannels);
   std::vector<float> all(pixels * stride);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
+  // Libraries fill up damaged pictures: what they complain of counts, not only whether they give up.
+  const bool isRead = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data());
+  if (const bool complains = input->has_error(); !isRead || complains) {
     problem = input->geterror();
-    return false;
+    if (problem.empty()) problem = "the file ends before its picture";
+    if (!isRead || !isHarmless(problem)) return false;
+    problem.clear();
   }
   picture.image.values.resize(pixels * channels.size());
   for (size_t i = 0; i < pixels; ++i)

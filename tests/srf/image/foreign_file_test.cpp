@@ -119,6 +119,34 @@ TEST(ForeignColor, TheProfileOfAWebpIsItsChunk) {
     EXPECT_TRUE(std::string("profile").starts_with(webpProfile(std::string_view(whole).substr(0, length))));
 }
 
+TEST(ForeignDamage, AJpegReachesItsEndMarkerAfterItsPixels) {
+  using namespace std::string_literals;
+  const std::string thumbnail =
+      jpegSegment('\xe1', "Exif\0\0"s + grayJpeg("")); // has an end marker of its own
+  for (const std::string& segments : {""s, thumbnail, "\xff"s + jpegSegment('\xfe', "filled before")}) {
+    const std::string whole = grayJpeg(segments);
+    EXPECT_EQ(jpegDamage(whole), "");
+    EXPECT_EQ(jpegDamage(whole + "a trailer"), "");
+    for (size_t size = 2; size < whole.size(); ++size)
+      EXPECT_NE(jpegDamage(whole.substr(0, size)), "") << size;
+    EXPECT_NE(jpegDamage(whole.substr(0, whole.size() - 4) + std::string(100, '\0')), "");
+  }
+  EXPECT_EQ(jpegDamage("no JPEG"), "");
+}
+
+TEST(ForeignDamage, PixelsOfAWebpAreNeverZerosForLong) {
+  const auto file = [](const std::string& name, const std::string& content) {
+    const std::string chunk = name + littleEndianBytes(static_cast<uint32_t>(content.size())) + content;
+    return "RIFF" + littleEndianBytes(static_cast<uint32_t>(4 + chunk.size())) + "WEBP" + chunk;
+  };
+  const std::string coded(50, 'x');
+  for (const char* name : {"VP8 ", "VP8L"}) {
+    EXPECT_EQ(webpDamage(file(name, coded + std::string(63, '\0') + coded)), "");
+    EXPECT_EQ(webpDamage(file(name, coded + std::string(64, '\0'))), "its pixels are zeros from byte 70 on");
+  }
+  EXPECT_EQ(webpDamage(file("XMP ", std::string(100, '\0'))), "");
+}
+
 } // namespace
 
 } // namespace surflect::image

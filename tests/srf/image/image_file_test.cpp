@@ -329,6 +329,44 @@ TEST_F(ImageFile, MemoryIsNotTakenForPixelsThatTheFileHasNoBytesFor) {
             std::string::npos);
 }
 
+TEST_F(ImageFile, PicturesThatEndEarlyAreRefusedThoughTheirReadersFillThemUp) {
+  using namespace std::string_literals;
+  const auto complaint = [&](const std::string& name, const std::string& bytes) {
+    writeBytes(folder / name, bytes);
+    return errorOf([&] { readPicture(folder / name); });
+  };
+  const auto isRefused = [](const std::string& line) { return line.find(": cannot read (") != line.npos; };
+  const std::string jpeg = grayJpeg(""), pixels = jpeg.substr(0, jpeg.size() - 4);
+  for (const size_t cut : {1u, 2u, 3u, 4u})
+    EXPECT_TRUE(isRefused(complaint("a.jpg", jpeg.substr(0, jpeg.size() - cut)))) << cut;
+  EXPECT_TRUE(isRefused(complaint("a.jpg", pixels + std::string(300, '\0'))));
+  EXPECT_TRUE(isRefused(complaint("a.tif", tiffFile({.width = 4, .height = 4, .pixels = "123"}))));
+  EXPECT_NE(complaint("a.ppm", "P6\n2 2\n255\n123").find("cannot read (the file ends before its picture)"),
+            std::string::npos);
+  // Some cameras write a few bytes between the last pixel and the end.
+  writeBytes(folder / "b.jpg", jpeg.substr(0, jpeg.size() - 2) + "\0\0\0"s + jpeg.substr(jpeg.size() - 2));
+  EXPECT_FLOAT_EQ(readPicture(folder / "b.jpg").image.at(13, 4)[0], 192.f / 255);
+}
+
+TEST_F(ImageFile, DecodingTellsDamageInAnyLayer) {
+  const Image image = randomImage(40, 30, 3, 0, 1, 1);
+  const ExrLayer layers[] = {{{"a.R", "a.G", "a.B"}, &image}, {{"b.R", "b.G", "b.B"}, &image}};
+  writeExr(folder / "a.exr", layers);
+  EXPECT_NO_THROW(decodePicture(folder / "a.exr"));
+  std::string bytes = readFile(folder / "a.exr");
+  bytes.replace(bytes.size() - 400, 300, std::string(300, '\0'));
+  writeBytes(folder / "a.exr", bytes);
+  EXPECT_NE(errorOf([&] { decodePicture(folder / "a.exr"); }).find("a.exr: cannot read ("),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, WhatIsNoPngIsCalledWhatItIs) {
+  writeBytes(folder / "a.png", grayJpeg(""));
+  EXPECT_NE(
+      errorOf([&] { readPictureHeader(folder / "a.png"); }).find("cannot read (not a PNG file, but JPEG)"),
+      std::string::npos);
+}
+
 TEST_F(ImageFile, WhatIsNoPictureIsRejectedInOneLine) {
   writeBytes(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 9 +X 9\n");
   writeBytes(folder / "a.jpg", "no picture");

@@ -1,5 +1,6 @@
 #include "srf/import/transforms.h"
 
+#include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "srf/import/import.h"
 #include "tests/srf/import/vision_camera.h"
@@ -398,6 +399,65 @@ TEST_F(Transforms, ComplaintsOfTheReaderComeThrough) {
   }
   image::writeBytes(folder / "transforms.json", std::string(100000, '['));
   EXPECT_NE(image::errorOf([&] { read(); }).find("nested too deeply"), std::string::npos);
+}
+
+// Every picture is read once before anything is written.
+TEST_F(Transforms, DamagedPicturesAreRefused) {
+  writeSplits({{"train", 3}});
+  const std::string whole = readFile(folder / "train/r_1.png");
+  image::writeBytes(folder / "train/r_1.png", whole.substr(0, whole.size() * 6 / 10));
+  EXPECT_NE(image::errorOf([&] { imported(); }).find("train/r_1.png: cannot read (the file is truncated)"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST_F(Transforms, PicturesThatLookCutOffWithinTheObjectAreTold) {
+  Json frames = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    Json one = frame("r_" + std::to_string(i), blenderCamera());
+    const std::string name = "p" + std::to_string(i);
+    one["file_path"] = name + ".ppm";
+    one["mask_path"] = name + "_mask.png";
+    frames.push_back(one);
+    std::string pixels;
+    for (int y = 0; y < 12; ++y)
+      for (int x = 0; x < 16; ++x) // 0: whole; 1: ends early; 2: fades
+        pixels += std::string(3, static_cast<char>(i == 1 && y * 16 + x > 100 ? 0
+                                                   : i == 2                   ? std::max(0, 120 - y * 16 - x)
+                                                                              : 99));
+    image::writeBytes(folder / (name + ".ppm"), "P6\n16 12\n255\n" + pixels);
+    image::Image mask(16, 12, 1);
+    std::ranges::fill(mask.values, 1.f);
+    mask.values[0] = 0;
+    image::writePng(folder / (name + "_mask.png"), mask);
+  }
+  write("transforms.json", {{"fl_x", 20}, {"frames", frames}});
+  const auto notes = importCapture(folder.path(), folder / "out", {}).notes;
+  const std::string text = "warning: 1 of 3 pictures are black from somewhere within the object on, as after "
+                           "an interrupted copy: p1.ppm";
+  EXPECT_NE(std::ranges::find(notes, text), notes.end()) << notes.size();
+}
+
+TEST_F(Transforms, StraightColoursAndPartsOfAnExrAreTold) {
+  Json frames = Json::array();
+  for (int i = 0; i < 2; ++i) {
+    Json one = frame("r_" + std::to_string(i), blenderCamera());
+    one["file_path"] = "p" + std::to_string(i) + ".exr";
+    frames.push_back(one);
+    image::Image picture(16, 12, 4);
+    for (size_t texel = 0; texel < 16 * 12; ++texel) {
+      const bool isObject = texel % 16 > 7;
+      for (size_t c = 0; c < 3; ++c) picture.values[4 * texel + c] = isObject || i == 1 ? 0.5f : 0;
+      picture.values[4 * texel + 3] = isObject ? 1.f : 0;
+    }
+    image::writeExr(folder / one["file_path"].get<std::string>(), picture);
+  }
+  write("transforms.json", {{"fl_x", 20}, {"frames", frames}});
+  const auto notes = importCapture(folder.path(), folder / "out", {}).notes;
+  EXPECT_TRUE(std::ranges::any_of(notes, [](const std::string& note) {
+    return note.starts_with("warning: 1 of 2 pictures have colours where alpha is 0") &&
+           note.ends_with(": p1.exr");
+  }));
 }
 
 } // namespace
