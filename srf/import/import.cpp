@@ -191,11 +191,24 @@ std::string shown(image::PictureSize size) { return sizeText(size.width, size.he
 
 // Scales the lens to the size of the pictures, which data sets also distribute as reduced copies, if the
 // shape is equal up to rounding to whole pixels. Returns whether it did.
-bool fitLens(capture::Lens& lens, image::PictureSize size) {
+bool fitLens(capture::Lens& lens, image::PictureSize size, int orientation) {
   const image::PictureSize stated{lens.width, lens.height};
   if (size == stated) return false;
-  if (std::abs(static_cast<double>(lens.height) / lens.width * size.width - size.height) > 1)
-    throw Error::mismatch(shown(stated) + " or of that shape", shown(size)).at("size");
+  const auto isOfShape = [&](int width, int height) {
+    return std::abs(static_cast<double>(lens.height) / lens.width * width - height) <= 1;
+  };
+  const bool fitsTurned =
+      orientation >= 5 && isOfShape(size.height, size.width); // EXIF's 5 to 8 are on the side
+  if (!isOfShape(size.width, size.height))
+    throw Error::mismatch(shown(stated) + " or of that shape" +
+                              (fitsTurned
+                                   ? ": EXIF orientation " + std::to_string(orientation) +
+                                         " turns the picture to it, but import takes pictures as they are "
+                                         "stored; turn the pixels (mogrify -auto-orient), or state lens and "
+                                         "poses of the stored picture"
+                                   : ""),
+                          shown(size))
+        .at("size");
   lens = capture::resized(lens, size.width, size.height);
   return true;
 }
@@ -220,7 +233,7 @@ void fitLenses(ForeignCapture& source, const Progress& progress) {
         const image::PictureSize size = header.size;
         const bool isMask = picture == frame.mask;
         if (!isMask) orientations[picture] = header.orientation;
-        if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size);
+        if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size, header.orientation);
         if (ofView && *ofView != size && isMask && capture::isResized(size, *ofView)) continue;
         if (ofView && *ofView != size)
           throw Error::mismatch(shown(*ofView) + ", as other pictures of this view", shown(size)).at("size");

@@ -3,6 +3,7 @@
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "srf/import/import.h"
+#include "tests/srf/image/foreign_files.h"
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_formats.h"
 
@@ -399,6 +400,28 @@ TEST_F(Transforms, ComplaintsOfTheReaderComeThrough) {
   }
   image::writeBytes(folder / "transforms.json", std::string(100000, '['));
   EXPECT_NE(image::errorOf([&] { read(); }).find("nested too deeply"), std::string::npos);
+}
+
+// Phones store turned pixels, and other programs state the lens of the upright picture.
+TEST_F(Transforms, ExifIsNamedWhereTheLensIsThatOfTheTurnedPicture) {
+  using namespace std::string_literals;
+  const auto exif = [](char orientation) {
+    return image::jpegSegment('\xe1', "Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0"s +
+                                          orientation + "\0\0\0\0\0\0"s);
+  };
+  Json one = frame("r_0", blenderCamera());
+  one["file_path"] = "a.jpg";
+  const auto complaint = [&](char orientation) {
+    image::writeBytes(folder / "a.jpg", image::grayJpeg(exif(orientation))); // 16 x 8
+    write("transforms.json", {{"fl_x", 20}, {"w", 80}, {"h", 160}, {"frames", {one}}});
+    return image::errorOf([&] { imported(); });
+  };
+  EXPECT_NE(
+      complaint(6).find("a.jpg: size: found 16 x 8, expected 80 x 160 or of that shape: EXIF orientation 6 "
+                        "turns the picture to it"),
+      std::string::npos)
+      << complaint(6);
+  EXPECT_EQ(complaint(3).find("EXIF"), std::string::npos); // upside down has the same shape
 }
 
 // Every picture is read once before anything is written.
