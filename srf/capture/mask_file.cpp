@@ -1,6 +1,7 @@
 #include "srf/capture/mask_file.h"
 
 #include "srf/capture/capture_keys.h"
+#include "srf/capture/matte_vote.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
@@ -16,7 +17,10 @@
 #include <limits>
 #include <map>
 #include <ranges>
+#include <set>
 #include <span>
+#include <tuple>
+#include <utility>
 
 namespace surflect::capture {
 
@@ -302,6 +306,98 @@ void noteResized(const std::vector<MaskFile>& masks, std::vector<std::string>& n
                   first->own.width, first->own.height, first->pictures.width, first->pictures.height));
 }
 
+// Identity of a frame's matte.
+using MatteKey = std::tuple<fs::path, std::string, fs::path>;
+
+// Frames of each view, one per matte.
+std::vector<std::vector<size_t>> framesByMatte(const Capture& capture) {
+  std::vector<std::vector<size_t>> frames(capture.views.size());
+  std::vector<std::optional<bool>> hasOwnAlpha(capture.views.size());
+  std::set<std::pair<size_t, MatteKey>> known;
+  for (size_t i = 0; i < capture.frames.size(); ++i) {
+    const Frame& frame = capture.frames[i];
+    std::optional<bool>& own = hasOwnAlpha[frame.view]; // asked of the view's first frame
+    if (!own) own = hasAlpha(capture.folder() / frame.picture, frame);
+    const std::string& layer = frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer;
+    const MatteKey key = *own ? MatteKey(frame.picture, layer, frame.mask) : MatteKey({}, {}, frame.mask);
+    if (!*own && frame.mask.empty()) continue;
+    if (known.emplace(frame.view, key).second) frames[frame.view].push_back(i);
+  }
+  return frames;
+}
+
+// Matte of a frame, of which the picture or the mask has one.
+image::Image matteOf(const Capture& capture, const Frame& frame) {
+  const image::Picture picture = readLayer(capture.folder() / frame.picture, frame.layer, frame.alphaLayer);
+  image::Image matte(picture.image.width, picture.image.height, 1);
+  for (size_t i = 0; i < matte.values.size(); ++i) matte.values[i] = texelOf(picture, i).alpha;
+  if (!frame.mask.empty()) {
+    const image::Image coverage = readCoverage(capture.folder() / frame.mask, {matte.width, matte.height});
+    for (size_t i = 0; i < matte.values.size(); ++i) matte.values[i] *= coverage.values[i];
+  }
+  for (float& value : matte.values) value = settledAlpha(value);
+  return matte;
+}
+
+double objectShare(const image::Image& matte) {
+  const auto inside = std::ranges::count_if(matte.values, [](float alpha) { return alpha > 0.5f; });
+  return static_cast<double>(inside) / static_cast<double>(matte.values.size());
+}
+
+// Warns of photographs whose matte is empty, without background, or of another size than their view's.
+void warnOfDiffering(const Capture& capture, const Progress& progress, size_t most,
+                     std::vector<std::string>& warnings) {
+  constexpr double kDifference = 0.1; // of the object
+  std::vector<std::vector<size_t>> views = framesByMatte(capture);
+  std::erase_if(views, [](const auto& frames) { return frames.size() < 2; });
+  const std::vector<size_t> chosen = evenlySpaced(views.size(), most);
+  std::vector<std::vector<double>> shares(chosen.size());
+  std::vector<double> ofView(chosen.size());
+  std::vector<std::vector<size_t>> read(chosen.size());
+  tbb::parallel_for(size_t{0}, chosen.size(), [&](size_t v) {
+    const std::vector<size_t>& frames = views[chosen[v]];
+    for (const size_t k : evenlySpaced(frames.size(), most)) read[v].push_back(frames[k]);
+    MatteVote vote(read[v].size());
+    for (const size_t frame : read[v]) {
+      progress.checkpoint();
+      const image::Image matte = matteOf(capture, capture.frames[frame]);
+      shares[v].push_back(objectShare(matte));
+      vote.add(matte);
+    }
+    ofView[v] = objectShare(vote.outcome());
+  });
+  struct Kind {
+    const char* what;
+    std::vector<std::string> names = {};
+  };
+  Kind empty{"empty"}, full{"without background"}, smaller{"more than a tenth smaller"},
+      larger{"more than a tenth larger"};
+  size_t all = 0;
+  for (size_t v = 0; v < chosen.size(); ++v)
+    for (size_t k = 0; k < read[v].size(); ++k) {
+      ++all;
+      const double share = shares[v][k];
+      const std::string name = capture.frames[read[v][k]].picture.string();
+      if (ofView[v] > 0 && share == 0)
+        empty.names.push_back(name);
+      else if (ofView[v] < 1 && share == 1)
+        full.names.push_back(name);
+      else if (share < (1 - kDifference) * ofView[v])
+        smaller.names.push_back(name);
+      else if (share > (1 + kDifference) * ofView[v])
+        larger.names.push_back(name);
+    }
+  std::string text;
+  for (const Kind& kind : {empty, full, smaller, larger})
+    if (!kind.names.empty())
+      text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", kind.names.size(), kind.what,
+                          firstNames(kind.names));
+  if (!text.empty())
+    warnings.push_back(fmt::format("of {} mattes, some are not as those of the same view under other "
+                                   "lights: {}; all photographs of a view get one matte, by vote",
+                                   all, text));
+}
+
 } // namespace
 
 MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress, size_t most) {
@@ -314,6 +410,7 @@ MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& pr
   warnOfViewsWithout(capture, survey.warnings);
   warnOfEmpty(masks, capture.folder(), survey.warnings);
   warnOfInverted(masks, survey.warnings);
+  warnOfDiffering(capture, progress, most, survey.warnings);
   noteLabels(masks, survey.notes);
   noteResized(masks, survey.notes);
   return survey;

@@ -43,15 +43,17 @@ std::string describeMatte(const std::filesystem::path& file, const std::string& 
 
 // Sentences without a full stop, with counts and the first names.
 struct MaskSurvey {
-  std::vector<std::string>
-      warnings; // probable mistakes: views without a mask beside views with one; masks without object;
-                // captures whose masks have no background; masks that look inverted
-  std::vector<std::string> notes; // how masks were interpreted: as labels, as resized
+  std::vector<std::string> warnings; // probable mistakes: views without a mask beside views with one; masks
+                                     // without object; captures whose masks have no background; masks that
+                                     // look inverted; photographs whose matte differs from that of their view
+  std::vector<std::string> notes;    // how masks were interpreted: as labels, as resized
 };
 
-// Reads all masks or `most`, evenly chosen, several at a time, and headers of pictures that have none. Masks
-// look inverted if the border of the pictures is mostly white, and black at least twice as rare there as in
-// the whole picture. `inverted`: black is the object. Throws Error for unreadable files, and Cancelled.
+// Reads all masks or `most`, evenly chosen, several at a time, and headers of pictures that have none; and
+// the mattes of views (`most`, and of each at most as many photographs) whose photographs have their
+// own. Masks look inverted if the border of the pictures is mostly white, and black at least twice as rare
+// there as in the whole picture. `inverted`: black is the object. Throws Error for unreadable files, and
+// Cancelled.
 MaskSurvey surveyMasks(const Capture& capture, bool inverted, const Progress& progress,
                        size_t most = std::numeric_limits<size_t>::max());
 

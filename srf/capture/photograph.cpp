@@ -1,6 +1,7 @@
 #include "srf/capture/photograph.h"
 
 #include "srf/capture/mask_file.h"
+#include "srf/capture/matte_vote.h"
 #include "srf/image/bracket.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -219,9 +221,9 @@ float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
   return worst;
 }
 
-// Merges a bracket: pictures of one size with their exposures.
+// Merges a bracket: pictures of one size with their exposures. `matte` replaces alpha and coverage.
 Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposure> shots,
-                   const image::Image* coverage, const Encoding& encoding) {
+                   const image::Image* coverage, const Encoding& encoding, const image::Image* matte) {
   const Undeveloped& first = bracket[0];
   const int width = first.color.width, height = first.color.height;
   Photograph photograph{image::Image(width, height, 3), image::Image(width, height, 1)};
@@ -231,11 +233,13 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
 
   for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
     const float pictureAlpha = first.alpha ? first.alpha->values[i] : 1;
-    const float alpha = unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1);
+    const float alpha = matte ? matte->values[i]
+                              : settledAlpha(unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1));
     photograph.alpha.values[i] = alpha;
     bool valid = std::isfinite(pictureAlpha);
     float* radiance = photograph.radiance.values.data() + 3 * i;
-    for (size_t c = 0; c < 3 && alpha > 0; ++c) {
+    const bool hasColor = alpha > 0 && (pictureAlpha > 0 || !first.alphaPremultiplied);
+    for (size_t c = 0; c < 3 && hasColor; ++c) {
       for (size_t k = 0; k < bracket.size(); ++k) {
         const float z = straight(bracket[k], i, c);
         const image::Image& byProfile = bracket[k].radiance;
@@ -290,10 +294,10 @@ std::map<MaskKey, image::Image> readMasks(const Capture& capture, std::span<cons
 }
 
 // Reads several files at a time, each once. Calls take(i, photograph) for the i-th frame when all its
-// pictures are read; one at a time, in any order.
+// pictures are read; one at a time, in any order. `matte` replaces those of the photographs.
 template <class Take>
 void developAll(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
-                const Take& take) {
+                const Take& take, const image::Image* matte = nullptr) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };
@@ -317,7 +321,7 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     const Frame& frame = capture.frames[frames[i]];
     const image::Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
     checkMixing(bracket, capture.folder() / frame.picture);
-    Photograph photograph = develop(bracket, shots, coverage, encoding);
+    Photograph photograph = develop(bracket, shots, coverage, encoding, matte);
     bracket.clear(); // frees its memory
     const std::lock_guard lock(taking);
     take(i, std::move(photograph));
@@ -350,20 +354,59 @@ std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const 
   return photographs;
 }
 
+namespace {
+
+// Least alpha of the view's matte at which a photograph should have a colour.
+constexpr float kFaintest = 1 / 16.f;
+
+// Photographs whose own matte is clear where the view's is not.
+std::vector<size_t> lackingColors(std::span<const std::vector<bool>> clear, const image::Image& matte) {
+  std::vector<size_t> lacking;
+  for (size_t i = 0; i < clear.size(); ++i)
+    for (size_t texel = 0; texel < clear[i].size(); ++texel)
+      if (clear[i][texel] && matte.values[texel] >= kFaintest) {
+        lacking.push_back(i);
+        break;
+      }
+  return lacking;
+}
+
+} // namespace
+
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress) {
   ViewPhotographs view;
   view.radiance.resize(frames.size());
+  MatteVote vote(frames.size());
+  std::vector<std::vector<bool>> clear(frames.size()); // texels without colour, of photographs with a matte
+  std::vector<size_t> invalid(frames.size());
+  image::Image opaque;
   developAll(capture, frames, progress, [&](size_t i, Photograph photograph) {
     view.radiance[i] = std::move(photograph.radiance);
     view.hasMatte |= photograph.hasMatte;
-    view.invalidTexels += photograph.invalidTexels.size();
-    if (view.alpha.values.empty())
-      view.alpha = std::move(photograph.alpha);
-    else
-      std::ranges::transform(view.alpha.values, photograph.alpha.values, view.alpha.values.begin(),
-                             [](float a, float b) { return std::min(a, b); });
+    invalid[i] = photograph.invalidTexels.size();
+    if (photograph.hasMatte) {
+      vote.add(photograph.alpha);
+      clear[i].resize(photograph.alpha.values.size());
+      std::transform(photograph.alpha.values.begin(), photograph.alpha.values.end(), clear[i].begin(),
+                     [](float a) { return a == 0; });
+    } else if (opaque.values.empty()) {
+      opaque = std::move(photograph.alpha);
+    }
   });
+  view.alpha = view.hasMatte ? vote.outcome() : std::move(opaque);
+
+  const std::vector<size_t> lacking = lackingColors(clear, view.alpha);
+  std::vector<size_t> again;
+  for (const size_t i : lacking) again.push_back(frames[i]);
+  developAll(
+      capture, again, progress,
+      [&](size_t k, Photograph photograph) {
+        view.radiance[lacking[k]] = std::move(photograph.radiance);
+        invalid[lacking[k]] = photograph.invalidTexels.size();
+      },
+      &view.alpha);
+  view.invalidTexels = std::accumulate(invalid.begin(), invalid.end(), size_t{0});
   return view;
 }
 

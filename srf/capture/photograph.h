@@ -28,7 +28,8 @@ image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
 struct Photograph {
   image::Image radiance; // 3 channels in the photograph's scale: linear, divided by alpha and exposure,
                          // brackets merged. Negative noise is kept. Black where alpha is 0.
-  image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask; 1 if neither exists
+  image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask, as settledAlpha()
+                      // takes it; 1 if neither exists
   bool hasMatte = false;                  // the picture has alpha, or a mask
   std::vector<size_t> invalidTexels = {}; // texels that were NaN or infinite, in rising order; now black
 };
@@ -44,12 +45,14 @@ std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const 
 // All photographs of one view.
 struct ViewPhotographs {
   std::vector<image::Image> radiance; // one per frame
-  image::Image alpha;                 // minimum over the photographs, per pixel
+  image::Image alpha;                 // matte of the view (matte_vote.h)
   bool hasMatte = false;              // true if any photograph has one
   size_t invalidTexels = 0;           // sum over the photographs
 };
 
-// Photographs of frames of one view, at 12 bytes per pixel and frame instead of 16. Empty without frames.
+// Photographs of frames of one view, at 12.6 bytes per pixel and frame instead of 16. Where a photograph's
+// own matte lacks what the view's shows, its colours are those beneath alpha 0, if they are straight;
+// otherwise black. Empty without frames.
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress = {});
 

@@ -55,12 +55,14 @@ Impostor hullOf(const capture::Capture& training, hull::Silhouette silhouette, c
   };
   if (std::ranges::all_of(silhouetteViews, isEmpty)) { // or there is none
     const auto matte = capture::describeFirstMatte(training);
-    const std::string found =
-        !matte ? "neither geometry nor mattes"
-               : std::string("no geometry, and mattes that show no ") +
-                     (silhouetteViews.empty() ? "background (nothing is below half of white)"
-                                              : "object (nothing is above half of white)") +
-                     "; the first is " + *matte;
+    const std::string found = !matte
+                                  ? "neither geometry nor mattes"
+                                  : std::string("no geometry, and mattes that show no ") +
+                                        (!silhouetteViews.empty() ? "object (nothing is above half of white)"
+                                         : silhouette == hull::Silhouette::touched
+                                             ? "background (alpha is above 0 everywhere)"
+                                             : "background (nothing is below half of white)") +
+                                        "; the first is " + *matte;
     throw Error("several views, but " + found +
                 ": give a mesh with --mesh, or masks (surflect import --mask-threshold makes them)")
         .in(training.file);

@@ -1,5 +1,6 @@
 #include "srf/proxy/hull/mattes.h"
 
+#include "srf/capture/matte_vote.h"
 #include "srf/capture/photograph.h"
 
 #include <algorithm>
@@ -30,18 +31,14 @@ bool showsBackground(const image::Image& matte) {
 }
 
 std::optional<image::Image> matteOf(const capture::Capture& capture, std::span<const size_t> frames) {
-  std::optional<image::Image> matte;
+  capture::MatteVote vote(frames.size());
   for (const size_t frame : frames) {
-    capture::Photograph photograph = std::move(capture::readPhotographs(capture, std::span(&frame, 1))[0]);
-    if (!photograph.hasMatte) continue;
-    if (!matte) {
-      matte = std::move(photograph.alpha);
-      continue;
-    }
-    for (size_t i = 0; i < matte->values.size(); ++i)
-      matte->values[i] = std::max(matte->values[i], photograph.alpha.values[i]);
+    const capture::Photograph photograph =
+        std::move(capture::readPhotographs(capture, std::span(&frame, 1))[0]);
+    if (photograph.hasMatte) vote.add(photograph.alpha);
   }
-  return matte;
+  image::Image matte = vote.outcome();
+  return matte.values.empty() ? std::nullopt : std::optional(std::move(matte));
 }
 
 // 1 at and beside pixels with alpha above 0.

@@ -13,8 +13,8 @@ namespace surflect::hull {
 // opacity hull, those with alpha above 0, and their neighbours.
 enum class Silhouette { half, touched };
 
-// One silhouette per view with a matte: the union of the mattes of its frames, each read once. A matte
-// without background counts as none. Throws Error for unreadable files.
+// One silhouette per view with a matte: that of the mattes of its frames (matte_vote.h), each read once. A
+// matte without background counts as none. Throws Error for unreadable files.
 std::vector<SilhouetteView> silhouetteViewsOf(const capture::Capture& capture, const Progress& progress,
                                               Silhouette silhouette = Silhouette::half);
 

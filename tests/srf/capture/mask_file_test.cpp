@@ -200,6 +200,27 @@ TEST_F(MaskSurveys, DoNotTakeCloseUpsForInverted) {
   EXPECT_TRUE(warnings().empty());
 }
 
+// One view under six lights, each photograph with a matte of its own.
+TEST_F(MaskSurveys, TellPhotographsWhoseMatteIsNotThatOfTheirView) {
+  const auto addOf = [&](const image::Image& mask) {
+    add(mask);
+    capture.frames.back().view = 0;
+    capture.views.resize(1);
+  };
+  for (int i = 0; i < 4; ++i) addOf(disc(1, 0));
+  EXPECT_TRUE(warnings().empty());
+  addOf(disc(0, 0));
+  image::Image half = disc(1, 0);
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide / 2; ++x) half.at(x, y)[0] = 0;
+  addOf(half);
+  ASSERT_EQ(warnings().size(), 2u);
+  EXPECT_NE(warnings()[1].find("of 6 mattes, some are not as those of the same view under other lights: 1 "
+                               "empty (p4.png), 1 more than a tenth smaller (p5.png)"),
+            std::string::npos)
+      << warnings()[1];
+}
+
 TEST_F(MaskSurveys, NoteLabelsAndOtherSizes) {
   add(disc(1 / 255.f, 0));
   add(disc(1, 0, 2 * kSide));

@@ -1,5 +1,6 @@
 #include "srf/capture/photograph.h"
 
+#include "srf/capture/matte_vote.h"
 #include "srf/capture/writer.h"
 #include "srf/image/color.h"
 #include "srf/image/png.h"
@@ -464,7 +465,7 @@ TEST_F(PhotographFile, PhotographsComeInTheOrderAskedFor) {
 }
 
 // Twenty files with masks of their own, some of them wrong somewhere.
-TEST_F(PhotographFile, PhotographsOfAViewShareTheLeastMatte) {
+TEST_F(PhotographFile, PhotographsOfAViewShareOneMatte) {
   for (unsigned i = 0; i < 20; ++i) {
     const std::string name = std::to_string(i);
     image::Image picture = image::randomImage(width, height, 4, 0, 1, i);
@@ -480,17 +481,44 @@ TEST_F(PhotographFile, PhotographsOfAViewShareTheLeastMatte) {
   EXPECT_TRUE(view.hasMatte);
   ASSERT_EQ(view.radiance.size(), photographs.size());
   size_t invalid = 0;
-  std::vector<float> least(width * height, 1);
+  MatteVote vote(photographs.size());
   for (size_t i = 0; i < photographs.size(); ++i) {
     EXPECT_EQ(view.radiance[i].values, photographs[i].radiance.values) << i;
     invalid += photographs[i].invalidTexels.size();
-    for (size_t p = 0; p < least.size(); ++p) least[p] = std::min(least[p], photographs[i].alpha.values[p]);
+    vote.add(photographs[i].alpha);
   }
-  EXPECT_EQ(view.alpha.values, least);
+  EXPECT_EQ(view.alpha.values, vote.outcome().values);
   EXPECT_EQ(view.invalidTexels, invalid);
   EXPECT_EQ(invalid, 3u);
 
   EXPECT_TRUE(readViewPhotographs(capture, {}).radiance.empty());
+}
+
+// A matting program that found nothing in one photograph has left the colours beneath.
+TEST_F(PhotographFile, StraightColoursBeneathAnEmptyMatteCount) {
+  image::Image picture = image::randomImage(width, height, 4, 0.2f, 1, 8);
+  for (size_t i = 3; i < picture.values.size(); i += 4) picture.values[i] = i < 100 ? 0.f : 1.f;
+  image::writePng(folder / "whole.png", picture);
+  for (size_t i = 3; i < picture.values.size(); i += 4) picture.values[i] = 0;
+  image::writePng(folder / "empty.png", picture);
+  for (const char* name : {"whole.png", "empty.png", "whole.png"}) add(name);
+  const std::vector<size_t> frames{0, 1, 2};
+  const ViewPhotographs view = readViewPhotographs(capture, frames);
+  EXPECT_EQ(view.alpha.values, readAll()[0].alpha.values);
+  EXPECT_EQ(view.radiance[1].values, view.radiance[0].values);
+  EXPECT_EQ(view.radiance[2].values, view.radiance[0].values);
+}
+
+TEST_F(PhotographFile, AFewCodesOfAlphaAreNothing) {
+  image::Image picture = constant(4, {0.5f, 0.5f, 0.5f, 254.f / 255});
+  for (int x = 0; x < 4; ++x) picture.at(x, 0)[3] = static_cast<float>(x) / 255;
+  image::writePng(folder / "a.png", picture);
+  add("a.png");
+  const Photograph photograph = readAll()[0];
+  for (int x = 0; x < width; ++x) {
+    EXPECT_EQ(photograph.alpha.at(x, 0)[0], x < 4 ? 0 : 1);
+    EXPECT_EQ(photograph.radiance.at(x, 0)[0] > 0, x >= 4);
+  }
 }
 
 TEST_F(PhotographFile, WhatDoesNotFitIsNamed) {

@@ -184,6 +184,8 @@ TEST_F(Checks, ReadAsManyMasksAsTheyMay) {
     capture.frames[f].mask = std::to_string(f + 100) + ".png";
   for (const char* read : {"100.png", "220.png"})
     image::writePng(folder / read, image::Image(64, 64, 1)); // of 240
+  for (const char* read : {"112.png", "232.png"}) // two mattes of each of the two views are compared
+    image::writePng(folder / read, image::Image(64, 64, 1));
   const auto found = checkMattes(capture, {.views = 2}, {});
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(contains(found[0].text, "2 of 2 masks show nothing of the object")) << found[0].text;
