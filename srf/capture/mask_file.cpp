@@ -57,18 +57,35 @@ bool isStencil(const image::Picture& mask) {
   return white > 0 && static_cast<double>(white + black) >= kShare * static_cast<double>(opaque);
 }
 
-// White level of a label image: the brighter of two values, if the other is 0 and it is at most 1/2, or the
-// only value, if it is the integer 1; otherwise 1.
-float whiteOf(std::span<const float> values, int bits) {
-  float other = 0;
-  for (const float value : values) {
-    if (value == 0 || value == other) continue;
-    if (other != 0 || !(value > 0 && value <= 0.5f)) return 1;
-    other = value;
+// Stored values of no and of full coverage.
+struct Levels {
+  float black = 0, white = 1;
+};
+
+// Two levels of a mask, as contentOf() states.
+Levels levelsOf(std::span<const float> values, int bits, bool lossy) {
+  constexpr double kEdges = 0.25; // share of the object; a small one has more edge
+  const float tolerance = lossy ? 0.04f : 0;
+  const auto [least, largest] = std::ranges::minmax(values);
+  if (!(least >= 0 && largest > least)) {
+    const bool isOne = bits > 0 && std::round(largest * (std::exp2(bits) - 1)) == 1;
+    return {0, isOne && least == largest && !lossy ? largest : 1};
   }
-  const bool hasBlack = std::ranges::find(values, 0.f) != values.end();
-  const bool isOne = bits > 0 && std::round(other * (std::exp2(bits) - 1)) == 1;
-  return other > 0 && (hasBlack || isOne) ? other : 1;
+  if (!lossy) {
+    const auto isBetween = [&](float value) { return value != least && value != largest; };
+    if (least <= 0.5f && std::ranges::none_of(values, isBetween)) return {least, largest};
+  }
+  if (!(largest > 0.5f && largest < 1 - tolerance)) return {};
+  size_t object = 0, edges = 0;
+  double sum = 0;
+  for (const float value : values) {
+    const bool isObject = value >= largest - 2 * tolerance;
+    object += isObject;
+    edges += !isObject && value > 2 * tolerance;
+    if (isObject) sum += value;
+  }
+  if (static_cast<double>(edges) > kEdges * static_cast<double>(object)) return {};
+  return {0, lossy ? static_cast<float>(sum / static_cast<double>(object)) : largest};
 }
 
 struct Range {
@@ -116,9 +133,10 @@ MaskContent contentOf(const image::Picture& mask, bool lossy) {
     const auto [white, alpha] = texelOf(mask, i);
     values[i] = alphaAlone ? alpha : mask.alphaPremultiplied ? white : white * alpha;
   }
-  if (!lossy) content.white = whiteOf(values, mask.bits);
-  if (content.white < 1)
-    for (float& value : values) value /= content.white;
+  const Levels levels = levelsOf(values, mask.bits, lossy);
+  content.white = levels.white;
+  if (levels.white < 1 || levels.black > 0)
+    for (float& value : values) value = std::min(1.f, (value - levels.black) / (levels.white - levels.black));
   return content;
 }
 
@@ -290,8 +308,8 @@ void noteLabels(const std::vector<MaskFile>& masks, std::vector<std::string>& no
   const auto first = std::ranges::find_if(masks, isLabels);
   if (first == masks.end()) return;
   notes.push_back(
-      fmt::format("{} of {} masks are labels: their only value above 0, at most half of white, is "
-                  "taken for the object: {} ({:.3g} of white)",
+      fmt::format("{} of {} masks have two levels, of which the brighter one is taken for the object, though "
+                  "it is below white: {} ({:.3g} of white)",
                   std::ranges::count_if(masks, isLabels), masks.size(), first->path.string(), first->white));
 }
 

@@ -19,9 +19,10 @@ struct MaskContent {
 };
 
 // Coverage from a mask picture. White covers a pixel, black and transparent do not. If a mask with alpha is a
-// cut-out of the photograph, or has one colour, only alpha counts. Label images have two values, 0 and one of
-// at most 1/2, or the integer 1 everywhere; their brighter value is white. `lossy`: values are inexact, so
-// there are no labels.
+// cut-out of the photograph, or has one colour, only alpha counts. The brighter one of two levels is white,
+// whatever its value, unless the darker one is above 1/2: of two values; of many, if nearly all of the object
+// has the brightest one, above 1/2, and the others are its edges. The integer 1 everywhere is white too.
+// `lossy`: values are inexact, so a level is a range of them.
 MaskContent contentOf(const image::Picture& mask, bool lossy = false);
 
 // Reads a mask file in its own size. Throws Error.

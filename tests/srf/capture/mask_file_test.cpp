@@ -36,18 +36,37 @@ MaskContent contentOf(image::Image image, int bits = 8) {
   return surflect::capture::contentOf(image::Picture{std::move(image), bits, false, {}});
 }
 
-TEST(Masks, OfTwoValuesAreLabelsWhereTheBrighterIsDark) {
+TEST(Masks, OfTwoLevelsAreMasksWhateverTheBrighterIs) {
   const image::Image wanted = disc(1, 0);
-  for (const float label : {1 / 255.f, 0.107f, 0.5f}) {
-    const MaskContent content = contentOf(disc(label, 0));
-    EXPECT_EQ(content.white, label);
-    EXPECT_EQ(content.coverage.values, wanted.values) << label;
+  for (const float level : {1 / 255.f, 0.107f, 0.5f, 0.7152f, 200 / 255.f, 254 / 255.f, 1.f}) {
+    const MaskContent content = contentOf(disc(level, 0));
+    EXPECT_EQ(content.white, level);
+    EXPECT_EQ(content.coverage.values, wanted.values) << level;
   }
-  EXPECT_EQ(contentOf(disc(0.6f, 0)).coverage.values, disc(0.6f, 0).values); // above half
-  EXPECT_EQ(contentOf(disc(0.2f, 0.1f)).white, 1);                           // none is black
+  EXPECT_EQ(contentOf(disc(0.2f, 0.1f)).coverage.values, wanted.values); // none is black
+  EXPECT_EQ(contentOf(disc(1, 0.6f)).coverage.values, disc(1, 0.6f).values);
   image::Image three = disc(1 / 255.f, 0);
   three.values[0] = 2 / 255.f;
   EXPECT_EQ(contentOf(three).coverage.values, three.values);
+}
+
+TEST(Masks, WithEdgesBetweenTwoLevelsAreMasks) {
+  const auto withEdge = [](float level, int tenths) { // of the object's pixels
+    image::Image mask = disc(level, 0);
+    int object = 0;
+    for (float& value : mask.values)
+      if (value > 0 && object++ % 10 < tenths) value = level / 2;
+    return mask;
+  };
+  EXPECT_EQ(contentOf(withEdge(0.8f, 1)).coverage.values, withEdge(1, 1).values);
+  EXPECT_EQ(contentOf(withEdge(0.8f, 5)).white, 1); // as of glass
+  EXPECT_EQ(contentOf(withEdge(0.4f, 1)).white, 1); // labels
+  image::Image inexact = disc(0.78f, 0);            // as by JPEG
+  for (size_t i = 0; i < inexact.values.size(); ++i) inexact.values[i] += 0.01f * static_cast<float>(i % 3);
+  const MaskContent lossy = surflect::capture::contentOf(image::Picture{inexact, 8, false, {}}, true);
+  EXPECT_NEAR(lossy.white, 0.79f, 0.005f);
+  for (size_t i = 0; i < inexact.values.size(); ++i)
+    EXPECT_NEAR(lossy.coverage.values[i], disc(1, 0).values[i], 0.03f);
 }
 
 TEST(Masks, OfLabelsThatAreAllOneAreFull) {
@@ -227,7 +246,9 @@ TEST_F(MaskSurveys, NoteLabelsAndOtherSizes) {
   const MaskSurvey survey = surveyMasks(capture, false, {});
   EXPECT_TRUE(survey.warnings.empty());
   ASSERT_EQ(survey.notes.size(), 2u);
-  EXPECT_EQ(survey.notes[0].find("1 of 2 masks are labels: "), 0u);
+  EXPECT_EQ(
+      survey.notes[0].find("1 of 2 masks have two levels, of which the brighter one is taken for the object"),
+      0u);
   EXPECT_NE(survey.notes[1].find("m1.png (40 x 40 for 20 x 20)"), std::string::npos);
   const size_t frames[] = {0, 1};
   const auto photographs = readPhotographs(capture, frames);
