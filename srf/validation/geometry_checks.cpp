@@ -170,7 +170,9 @@ std::vector<Finding> checkCapture(const capture::Capture& capture, const Triangl
   const auto contrast = outlineContrast(measures);
   if (hasFixedLight && contrast) append(checkPlacement(*contrast, kept, mesh, caster, progress));
   append(checkExposures(capture, measures));
-  append(checkLights(capture, mesh, caster, effort, contrast, progress));
+  const std::vector<Finding> ofOneView = checkLightsOfOneView(capture, middle, effort, progress);
+  append(ofOneView);
+  if (ofOneView.empty()) append(checkLights(capture, mesh, caster, effort, contrast, progress));
   return findings;
 }
 
@@ -191,6 +193,8 @@ void checkGeometry(const capture::Capture& training, const proxy::Impostor& impo
   effort.masks = impostor.origin == Origin::given; // a hull was carved from the masks
   if (impostor.origin == Origin::given || impostor.origin == Origin::hull)
     take(checkCapture(training, impostor.mesh, effort, progress));
+  else
+    take(checkLightsOfOneView(training, middleOf(impostor.mesh.positions), effort, progress));
 }
 
 } // namespace surflect::validation

@@ -24,7 +24,7 @@ using World = AcquisitionSpace;
 constexpr size_t kLightsForAlbedo = 8;                  // minimum number to determine a pixel's albedo
 constexpr double kLitShare = 0.1;                       // minimum share of lit pixels for a usable light
 constexpr double kMuchBetter = 0.25, kConvincing = 0.5; // correlations
-constexpr double kNoShading = 0.1;
+constexpr double kNoShading = 0.1, kAsGood = 0.1;
 constexpr double kFewSamples = 100;
 
 // Matrix that negates and exchanges axes.
@@ -221,9 +221,16 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
     for (const capture::Light& light : capture.lights) lights.push_back(mapped(light, maps[m]));
     fits[m] = meanOf(Fit(views, lights).ofLight);
   });
-  size_t best = 0;
-  for (size_t m = 0; m < maps.size(); ++m)
-    if (fits[m].value_or(-1) > fits[best].value_or(-1)) best = m;
+  const auto isBetter = [&](size_t a, size_t b) { return fits[a].value_or(-1) < fits[b].value_or(-1); };
+  const auto bestOf = [&](size_t count) { // the first maps only negate
+    size_t best = 0;
+    for (size_t m = 0; m < count; ++m)
+      if (isBetter(best, m)) best = m;
+    return best;
+  };
+  const size_t negated = bestOf(8), any = bestOf(maps.size());
+  const bool isExplained = fits[negated].value_or(-1) > fits[any].value_or(-1) - kAsGood;
+  const size_t best = isExplained ? negated : any;
   if (!maps[best].isIdentity() && fits[best].value_or(-1) > std::max(kConvincing, *stated + kMuchBetter)) {
     findings.push_back(
         {Severity::error, fmt::format("light directions look {} (correlation of shading with the mesh's "

@@ -68,6 +68,23 @@ std::map<size_t, std::vector<size_t>> chooseFrames(const capture::Capture& captu
   return frames;
 }
 
+// Leaves out pixels that are dark in all photographs: a surface made from one view covers the background too.
+void leaveOutDark(const LightSamples& samples, std::vector<bool>& inObject) {
+  constexpr float kDark = 0.02f; // of the 99.5th percentile
+  std::vector<float> brightest;
+  for (size_t i = 0; i < inObject.size(); ++i) {
+    float most = 0;
+    for (const LitShot& shot : samples.shots) most = std::max(most, static_cast<float>(shot.luminance[i]));
+    brightest.push_back(most);
+  }
+  if (brightest.empty()) return;
+  std::vector<float> sorted = brightest;
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 995 / 1000);
+  std::nth_element(sorted.begin(), at, sorted.end());
+  for (size_t i = 0; i < inObject.size(); ++i)
+    if (brightest[i] < kDark * *at) inObject[i] = false;
+}
+
 } // namespace
 
 std::vector<LightSamples> readLightSamples(const capture::Capture& capture, const TriangleMesh& mesh,
@@ -97,7 +114,8 @@ std::vector<LightSamples> readLightSamples(const capture::Capture& capture, cons
         }
       }
     }
-    size_t kept = 0; // pixels inside the masks
+    if (capture.views.size() == 1) leaveOutDark(samples, inObject);
+    size_t kept = 0; // pixels inside the masks that some photograph shows lit
     for (size_t i = 0; i < inObject.size(); ++i) {
       if (!inObject[i]) continue;
       samples.points[kept] = samples.points[i];

@@ -99,17 +99,27 @@ std::vector<Finding> checkPlacement(double outlineContrast, std::span<const Smal
 std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<const ViewMeasures> views);
 
 // Light directions, by the correlation over pixels between max(0, n . l) and luminance, divided by the albedo
-// estimated from the pixel's other photographs (for views with eight lights or more). Findings: faces point
-// inwards; all directions fit much better with axes negated or exchanged; photographs of one light look lit
-// by another; photographs do not follow their light's direction. The last two need albedo. Lights that leave
-// the visible side dark, and fixed illumination, give no finding; cast shadows are not modelled. If shading
-// does not follow the lights and the contrast at the outline is flat, the mesh lies elsewhere: an error.
-// Reads the photographs that `effort` allows; progress names the stage "lights".
+// estimated from the pixel's other photographs (for views with eight lights or more). Of a single view,
+// pixels that are dark in all photographs, as background is, do not count. Findings: faces point inwards; all
+// directions fit much better with axes negated or, if that explains less, exchanged; photographs of one light
+// look lit by another; photographs do not follow their light's direction. The last two need albedo. Lights
+// that leave the visible side dark, and fixed illumination, give no finding; cast shadows are not modelled.
+// If shading does not follow the lights and the contrast at the outline is flat, the mesh lies elsewhere: an
+// error. Reads the photographs that `effort` allows; progress names the stage "lights".
 std::vector<Finding> checkLights(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress);
 
-// Runs checkCameras to checkLights, and none after an error of checkCameras or checkUnits. Runs
+// Light directions of a single view, by normals from the photographs alone, which need no geometry:
+// directions that are negated in z, or in x, y and z, make most of what the camera sees turn away from it, an
+// error; in x and y, the object turn inwards at its matte's outline. `middle` is the object's. No finding for
+// several views, fewer than three lights, lights that do not determine normals, and without enough pixels of
+// the object: without a matte, those above a tenth of the brightest.
+std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,
+                                          const Point3<AcquisitionSpace, double>& middle,
+                                          const CheckEffort& effort, const Progress& progress);
+
+// Runs checkCameras to checkLightsOfOneView, and none after an error of checkCameras or checkUnits. Runs
 // checkPrecision at the mesh if checkPoses() finds no middle of the scene.
 std::vector<Finding> checkCapture(const capture::Capture& capture, const TriangleMesh& mesh,
                                   const CheckEffort& effort, const Progress& progress);

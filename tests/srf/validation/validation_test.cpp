@@ -356,5 +356,103 @@ TEST_F(Checks, StopWhenAskedTo) {
   EXPECT_THROW(checkCapture(capture, mesh, {}, progress), Cancelled);
 }
 
+// A Lambert dome in the middle of one orthographic view, under a ring of lights and one from the front.
+class OneViewLights : public ::testing::Test {
+protected:
+  static constexpr int kSize = 96;
+
+  OneViewLights() {
+    capture.file = folder / "transforms.json";
+    capture::Lens lens{.model = capture::Lens::Model::orthographic, .width = kSize, .height = kSize};
+    lens.focalX = lens.focalY = kSize;
+    lens.centerX = lens.centerY = kSize / 2.;
+    capture.views = {{"front", {lens, {Mat3<double>::Identity(), Vec3<double>(0, 0, -2)}}}};
+    for (int l = 0; l < 9; ++l) {
+      const double azimuth = l * 0.8, tilt = l == 8 ? 0 : 0.4 + 0.05 * l;
+      const Vec3<double> towards(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
+                                 std::cos(tilt));
+      const std::string name = "L" + std::to_string(l);
+      capture.lights.push_back(
+          {name, name,
+           capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {1, 1, 1}}});
+      image::writePng(folder / (name + ".png"), picture(towards), 16);
+      capture.frames.push_back(
+          {.view = 0, .light = static_cast<size_t>(l), .picture = name + ".png", .mask = "mask.png"});
+    }
+    image::Image mask(kSize, kSize, 1);
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) mask.at(x, y)[0] = normalAt(x, y) ? 1.f : 0;
+    image::writePng(folder / "mask.png", mask);
+  }
+  static std::optional<Vec3<double>> normalAt(int x, int y) {
+    const double nx = (x + 0.5 - kSize / 2.) / (0.4 * kSize), ny = (kSize / 2. - y - 0.5) / (0.4 * kSize);
+    if (!(nx * nx + ny * ny < 0.97)) return std::nullopt;
+    return Vec3<double>(nx, ny, std::sqrt(1 - nx * nx - ny * ny));
+  }
+  static image::Image picture(const Vec3<double>& towards) {
+    image::Image image(kSize, kSize, 3);
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x)
+        if (const auto n = normalAt(x, y))
+          std::ranges::fill(image.at(x, y), static_cast<float>(0.7 * std::max(0.0, n->dot(towards))));
+    return image;
+  }
+  std::string found(const Vec3<double>& signs, bool withMask = true) const {
+    capture::Capture changed = capture;
+    for (capture::Light& light : changed.lights) {
+      auto& towards = std::get<capture::DirectionalLight>(light.kind).towards;
+      towards = assume<Direction3<AcquisitionSpace, double>>(Vec3<double>(towards.raw().cwiseProduct(signs)));
+    }
+    if (!withMask)
+      for (capture::Frame& frame : changed.frames) frame.mask.clear();
+    std::string text;
+    for (const Finding& finding : checkLightsOfOneView(changed, {0, 0, 0}, {}, {}))
+      text += std::string(finding.severity == Severity::error ? "error: " : "warning: ") + finding.text;
+    return text;
+  }
+
+  image::TemporaryFolder folder;
+  capture::Capture capture;
+};
+
+TEST_F(OneViewLights, TellsDirectionsByWhatTheCameraSees) {
+  for (const bool withMask : {true, false}) EXPECT_EQ(found({1, 1, 1}, withMask), "");
+  EXPECT_TRUE(found({-1, -1, -1}).starts_with("error: light directions look negated in x, y and z: "));
+  EXPECT_TRUE(found({1, 1, -1}).starts_with("error: light directions look negated in z: "));
+  EXPECT_TRUE(found({-1, -1, 1}).starts_with("warning: light directions look negated in x and y: "));
+  for (const Vec3<double>& signs : {Vec3<double>(-1, -1, -1), Vec3<double>(1, 1, -1)})
+    EXPECT_TRUE(
+        found(signs, false).starts_with("error: light directions look negated in z, or in x, y and z: "));
+}
+
+TEST_F(OneViewLights, OfAnyMadeGeometryStopsTheWork) {
+  for (const bool isRelief : {false, true}) {
+    for (const bool isRight : {true, false}) {
+      capture::Capture changed = capture;
+      for (capture::Light& light : changed.lights) {
+        auto& towards = std::get<capture::DirectionalLight>(light.kind).towards;
+        if (!isRight) towards = assume<Direction3<AcquisitionSpace, double>>(Vec3<double>(-towards.raw()));
+      }
+      const proxy::Impostor impostor{proxy::meshOfOneView(capture, isRelief, {}),
+                                     isRelief ? proxy::Impostor::Origin::relief
+                                              : proxy::Impostor::Origin::plane};
+      size_t errors = 0;
+      const auto take = [&](std::span<const Finding> findings) {
+        for (const Finding& finding : findings) errors += finding.severity == Severity::error;
+      };
+      checkGeometry(changed, impostor, kQuickChecks, take, {});
+      EXPECT_EQ(errors, isRight ? 0u : 1u);
+    }
+  }
+}
+
+// A relief without a mask covers the background, which follows no light.
+TEST_F(OneViewLights, WithoutMaskIsJudgedByWhatIsLit) {
+  for (capture::Frame& frame : capture.frames) frame.mask.clear();
+  const TriangleMesh relief = proxy::meshOfOneView(capture, true, {});
+  for (const Finding& finding : checkCapture(capture, relief, {}, {}))
+    EXPECT_FALSE(contains(finding.text, "light directions")) << finding.text;
+}
+
 } // namespace
 } // namespace surflect::validation
