@@ -171,7 +171,10 @@ private:
                     return oneOf<Split>(v, {{"train", Split::train}, {"test", Split::test}});
                   }).value_or(Split::train);
     frame.light = optional(json, "light", [this](const Json& v) { return lights_.named(v); });
-    if (!frame.light) frame.light = lights_.ofFrame(json, index);
+    if (!frame.light) {
+      frame.light = lights_.ofFrame(json, index);
+      if (frame.light) checkStrength(json);
+    }
 
     LensFields lens = inherit(readLensFields(json), shared_);
     const bool sizeIsStated = lens.width || lens.height;
@@ -193,6 +196,16 @@ private:
           shown(json["time"]))
           .at("time");
     if (time) capture_.time = time;
+  }
+
+  // Strengths are all stated, or none, which makes them relative.
+  void checkStrength(const Json& json) {
+    const bool isStated = !isNull(valueAt(json, "pl_intensity"));
+    if (!strengthsAreStated_) strengthsAreStated_ = isStated;
+    if (isStated != *strengthsAreStated_)
+      throw Error::mismatch(isStated ? "none, as in the frames before" : "one, as in the frames before",
+                            shown(valueAt(json, "pl_intensity")))
+          .at("pl_intensity");
   }
 
   // Number of occurrences of something that a note reports, and the first occurrence.
@@ -254,6 +267,7 @@ private:
   LensFields shared_;
   size_t listed_ = 0; // frames so far
   LightList lights_;
+  std::optional<bool> strengthsAreStated_; // by frames with a light of their own
   UnknownKeys unknownKeys_;
   RoundedRotations rotations_;
   ViewGrouping grouping_;

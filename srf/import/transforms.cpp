@@ -114,28 +114,56 @@ Part partOf(const Json& frame, const SplitLists& lists, Part ofFile) {
 struct Findings {
   std::vector<std::string> notes;
   size_t lamps = 0, lampsWithoutStrength = 0; // photographs with pl_pos; those without pl_intensity
+  size_t filled = 0;                          // of those without, got the strength that all others state
+  std::set<std::string> strengths = {};       // stated ones, as JSON
 };
 
-// Counts lamps without strength, for which the reader assumes 1.
-void countLamps(const Json& frames, Findings& findings) {
-  const auto says = [](const Json& frame, const char* key) {
-    return frame.contains(key) && !frame[key].is_null();
-  };
-  for (const Json& frame : frames) {
-    if (!frame.is_object() || says(frame, "light") || !says(frame, "pl_pos")) continue;
+bool says(const Json& frame, const char* key) { return frame.contains(key) && !frame[key].is_null(); }
+
+bool hasLamp(const Json& frame) {
+  return frame.is_object() && !says(frame, "light") && says(frame, "pl_pos");
+}
+
+// Gives lamps without strength that of all others. Throws Error if these differ. If none states one, the
+// reader assumes 1.
+void settleLamps(Json& frames, Findings& findings) {
+  for (const Json& frame : frames)
+    if (hasLamp(frame) && says(frame, "pl_intensity"))
+      findings.strengths.insert(frame["pl_intensity"].dump());
+  for (size_t f = 0; f < frames.size(); ++f) {
+    Json& frame = frames[f];
+    if (!hasLamp(frame)) continue;
     ++findings.lamps;
-    findings.lampsWithoutStrength += !says(frame, "pl_intensity");
+    if (says(frame, "pl_intensity")) continue;
+    ++findings.lampsWithoutStrength;
+    if (findings.strengths.size() > 1)
+      throw Error::mismatch("a strength, as other frames state, each its own", "nothing")
+          .at("pl_intensity")
+          .at("frames[" + std::to_string(f) + "]");
+    if (findings.strengths.empty()) continue;
+    frame["pl_intensity"] = Json::parse(*findings.strengths.begin());
+    ++findings.filled;
   }
 }
 
 void sayLamps(const Findings& findings, ForeignCapture& source) {
-  const auto& [notes, all, unknown] = findings;
+  const size_t unknown = findings.lampsWithoutStrength, all = findings.lamps, filled = findings.filled;
   if (unknown == 0) return;
-  const std::string which = unknown < all ? std::to_string(unknown) + " of " + std::to_string(all) : "all";
-  source.capture.calibration["light_strengths"] =
-      unknown < all ? "unknown for " + which + " photographs, taken as 1" : "unknown, taken as equal";
-  source.notes.push_back("light strengths are unknown (no pl_intensity) for " + which +
-                         " photographs; intensity 1 is written");
+  if (unknown > filled && !findings.strengths.empty())
+    throw Error::mismatch("a pl_intensity in all of them, or in none", "one in some photographs alone")
+        .in(source.files.root);
+  if (filled > 0) {
+    const std::string note =
+        std::to_string(filled) + " of " + std::to_string(all) +
+        " photographs state no light strength (pl_intensity); that of all others is taken, " +
+        *findings.strengths.begin();
+    source.capture.calibration["light_strengths"] = note;
+    source.notes.push_back("warning: " + note);
+    return;
+  }
+  source.capture.calibration["light_strengths"] = "unknown, taken as equal";
+  source.notes.push_back(
+      "light strengths are unknown (no pl_intensity) for all photographs; intensity 1 is written");
 }
 
 // Drops validation, or makes it the test; drops unlisted frames.
@@ -175,7 +203,7 @@ capture::Capture describe(const fs::path& file, Part ofFile, bool allowOutside, 
                              file.filename().string() + " says, not as COLMAP did");
   const SplitLists lists(root);
   settleSplits(root["frames"], lists, ofFile, findings.notes);
-  countLamps(root["frames"], findings);
+  settleLamps(root["frames"], findings);
   spellOutIntrinsics(root);
   for (Json& frame : root["frames"]) {
     if (!frame.is_object()) continue;

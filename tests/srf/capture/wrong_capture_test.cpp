@@ -228,5 +228,19 @@ TEST_F(WrongCapture, DeepNestingAndHugeNumbersAreErrors) {
   EXPECT_NE(image::errorOf([&] { readText("{\"frames\":[1e999]}"); }).find("too large"), std::string::npos);
 }
 
+TEST_F(WrongCapture, StrengthsOfLampsAreAllStatedOrNone) {
+  Json json = full();
+  json.erase("lights");
+  for (Json& frame : json["frames"]) {
+    frame.erase("light");
+    frame["pl_pos"] = {1, 2, 3};
+  }
+  json["frames"][0]["pl_intensity"] = 16;
+  EXPECT_EQ(error(json), "frames[1].pl_intensity: found nothing, expected one, as in the frames before");
+  json["frames"][0].erase("pl_intensity");
+  json["frames"][1]["pl_intensity"] = 16;
+  EXPECT_EQ(error(json), "frames[1].pl_intensity: found 16, expected none, as in the frames before");
+}
+
 } // namespace
 } // namespace surflect::capture

@@ -226,9 +226,20 @@ TEST_F(Transforms, LampsWithoutStrengthAreSaidToBeTakenAsEqual) {
   Json json = Json::parse(std::ifstream(folder / "transforms_train.json"));
   json["frames"][1]["pl_intensity"] = 2;
   write("transforms_train.json", json);
-  EXPECT_EQ(imported().calibration.at("light_strengths"), "unknown for 3 of 4 photographs, taken as 1");
-  EXPECT_EQ(lastNote(),
-            "light strengths are unknown (no pl_intensity) for 3 of 4 photographs; intensity 1 is written");
+  const std::string filled =
+      "3 of 4 photographs state no light strength (pl_intensity); that of all others is taken, 2";
+  EXPECT_EQ(imported().calibration.at("light_strengths"), filled);
+  EXPECT_EQ(lastNote(), "warning: " + filled);
+  for (const capture::Light& light : imported().lights)
+    EXPECT_EQ(std::get<capture::PointLight>(light.kind).intensity, (Rgb{2, 2, 2}));
+
+  json["frames"][2]["pl_intensity"] = 3; // there is no strength of all others
+  write("transforms_train.json", json);
+  EXPECT_NE(
+      image::errorOf([&] {
+        read();
+      }).find("transforms_train.json: frames[0].pl_intensity: found nothing, expected a strength, as other"),
+      std::string::npos);
 
   changeEach([](Json& frame) { frame["pl_intensity"] = {4, 5, 6}; });
   EXPECT_FALSE(imported().calibration.contains("light_strengths"));
