@@ -157,6 +157,28 @@ image::Image linearRec709(image::Picture picture, const std::filesystem::path& p
   return image::decoded(colors, decoder);
 }
 
+// Returns whether a square map is black outside of its circle, as an angular map is: the mean there is at
+// most 1 % of that inside. Texels near the circle do not count, as filters blur it.
+bool hasBlackCorners(const image::Image& radiance) {
+  constexpr double kShare = 0.01;
+  const double margin = 4.0 / radiance.width; // two texels
+  double inside = 0, outside = 0;
+  size_t within = 0, beyond = 0;
+  for (int y = 0; y < radiance.height; ++y)
+    for (int x = 0; x < radiance.width; ++x) {
+      const double r = std::hypot((2 * x + 1.0) / radiance.width - 1, (2 * y + 1.0) / radiance.height - 1);
+      if (r > 1 && r <= 1 + margin) continue;
+      const auto texel = radiance.at(x, y);
+      for (size_t c = 0; c < (radiance.channels >= 3 ? 3u : 1u); ++c) {
+        const double value = std::isfinite(texel[c]) ? std::max(double{texel[c]}, 0.0) : 0;
+        (r > 1 ? outside : inside) += value;
+        ++(r > 1 ? beyond : within);
+      }
+    }
+  return beyond == 0 || within == 0 ||
+         outside / static_cast<double>(beyond) <= kShare * inside / static_cast<double>(within);
+}
+
 } // namespace
 
 EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping,
@@ -167,7 +189,8 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   if (int64_t{size.width} * size.height > mostPixels)
     throw Error::mismatch("an environment of at most 2^25 pixels", found).in(path);
   if (!mapping && size.width == 2 * size.height) mapping = EnvironmentMapping::latLong;
-  if (!mapping && size.width == size.height) mapping = EnvironmentMapping::angular;
+  const bool isGuessed = !mapping && size.width == size.height;
+  if (isGuessed) mapping = EnvironmentMapping::angular;
   const bool isCross = 4 * size.width == 3 * size.height || 3 * size.width == 4 * size.height;
   if (!mapping)
     throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping",
@@ -177,6 +200,12 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   if (!picture.isFloat())
     throw Error::mismatch("radiance in floating point (EXR, HDR)",
                           std::to_string(picture.bits) + "-bit samples")
+        .in(path);
+  if (isGuessed && !hasBlackCorners(picture.image))
+    throw Error::mismatch(
+        "an angular map, black outside its circle, or a mapping (an octahedral map or a mirror "
+        "ball must be made lat-long first)",
+        "a square with light in its corners")
         .in(path);
   EnvironmentMap map = environmentOf(linearRec709(std::move(picture), path), *mapping, progress);
   const Rgb total = totalIrradiance(map.texels);

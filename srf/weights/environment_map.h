@@ -51,8 +51,9 @@ inline constexpr float kLargestHalf = 65504;
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress = {});
 
-// Reads a map from a file. Without a mapping, a 2:1 picture is lat-long and a square one angular. Throws
-// Error for unreadable files, samples that are not floating point and more than 2^25 pixels; and Cancelled.
+// Reads a map from a file. Without a mapping, a 2:1 picture is lat-long, and a square one with black corners
+// angular. Throws Error for other squares, for unreadable files, samples that are not floating point and more
+// than 2^25 pixels; and Cancelled.
 EnvironmentMap readEnvironment(const std::filesystem::path& path,
                                std::optional<EnvironmentMapping> mapping = std::nullopt,
                                const Progress& progress = {});

@@ -304,12 +304,36 @@ protected:
   image::TemporaryFolder folder;
 };
 
+// Makes the texels outside of an angular map's circle black.
+void blackenCorners(image::Image& map) {
+  for (int y = 0; y < map.height; ++y)
+    for (int x = 0; x < map.width; ++x)
+      if (!angularDirection((x + 0.5) / map.width, (y + 0.5) / map.height))
+        std::ranges::fill(map.at(x, y), 0.f);
+}
+
+TEST_F(ReadEnvironment, ASquareWithLightInItsCornersIsNoAngularMapUnlessStated) {
+  image::Image map(64, 64, 3);
+  std::ranges::fill(map.values, 0.05f); // as of an octahedral map
+  image::writeExr(folder / "map.exr", map, image::Precision::single);
+  EXPECT_NE(image::errorOf([&] {
+              readEnvironment(folder / "map.exr");
+            }).find("map.exr: found a square with light in its corners, expected an angular map"),
+            std::string::npos);
+  EXPECT_NO_THROW(readEnvironment(folder / "map.exr", EnvironmentMapping::angular));
+  blackenCorners(map);
+  map.at(10, 10)[0] = 0.05f; // a filter's blur
+  image::writeExr(folder / "map.exr", map, image::Precision::single);
+  EXPECT_NO_THROW(readEnvironment(folder / "map.exr"));
+}
+
 TEST_F(ReadEnvironment, TheShapeTellsTheMapping) {
   std::mt19937 random(7);
   const Vec3<double> n = randomUnit(random);
   const auto cosine = [&](const Vec3<double>& d) { return std::max(0.0, d.dot(n)); };
   for (const auto mapping : bothMappings) {
-    const image::Image image = pictureOf(mapping, 64, lively);
+    image::Image image = pictureOf(mapping, 64, lively);
+    if (mapping == EnvironmentMapping::angular) blackenCorners(image);
     image::writeExr(folder / "map.exr", image, image::Precision::single);
     const auto expected = environmentOf(image, mapping).texels;
     EXPECT_EQ(readEnvironment(folder / "map.exr").texels, expected);
