@@ -1,6 +1,7 @@
 #include "srf/capture/capture.h"
 
 #include "srf/capture/capture_keys.h"
+#include "srf/capture/file_names.h"
 #include "srf/capture/json_fields.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -146,16 +147,19 @@ private:
 
   fs::path fileAt(const Json& value) {
     const fs::path path = pathOf(value);
-    if (!files_.isThere(path)) throw Error::mismatch("a file", "none at " + path.string());
+    if (!files_.isThere(path))
+      throw Error::mismatch("a file", "none at " + path.string() + files_.similarTo(path));
     return path;
   }
 
-  // Picture by name; Blender's exporters leave out the extension.
+  // Picture by name; Blender's exporters leave out the extension, which may be any if only one picture fits.
   fs::path pictureAt(const Json& value) {
     const fs::path path = pathOf(value);
     for (const char* extension : {"", ".png", ".jpg", ".exr"})
       if (const fs::path tried = path.string() + extension; files_.isThere(tried)) return tried;
-    throw Error::mismatch("a picture (also tried .png, .jpg, .exr)", "none at " + path.string());
+    if (const auto called = files_.pictureCalled(path); called && files_.isThere(*called)) return *called;
+    throw Error::mismatch("a picture (its extension may be left out)",
+                          "none at " + path.string() + files_.similarTo(path));
   }
 
   void addFrame(const Json& json, size_t index) {
@@ -370,6 +374,19 @@ bool CaptureFiles::isFileInside(const fs::path& path) const {
     throw Error::mismatch(std::string("a path inside the capture's folder") + hint,
                           "a link that leads out of it: " + path.string());
   return true;
+}
+
+std::optional<fs::path> CaptureFiles::pictureCalled(const fs::path& path) const {
+  return capture::pictureCalled(folder_, path);
+}
+
+std::string CaptureFiles::similarTo(const fs::path& path) const {
+  const auto similar = path.is_absolute() ? std::nullopt : similarFile(folder_, path);
+  if (!similar) return "";
+  return foldedName(similar->string()) == foldedName(path.string()) &&
+                 lowerCase(similar->string()) != lowerCase(path.string())
+             ? " (" + similar->string() + " is there, whose accents are written otherwise)"
+             : " (" + similar->string() + " is there, in other letter case)";
 }
 
 image::PictureSize CaptureFiles::sizeOf(const fs::path& picture) {

@@ -126,6 +126,10 @@ public:
   // the folder.
   bool isThere(const std::filesystem::path& path);
   image::PictureSize sizeOf(const std::filesystem::path& picture);
+  // The only picture of this name with an extension.
+  std::optional<std::filesystem::path> pictureCalled(const std::filesystem::path& path) const;
+  // " (images/a.png is there, in other letter case)", about a path without file; empty if no file is like it.
+  std::string similarTo(const std::filesystem::path& path) const;
 
   // Suffix of messages about a path that leaves the folder.
   static constexpr const char* hint = " (--allow-outside lifts this)";

@@ -1,5 +1,7 @@
 #include "srf/capture/writer.h"
 
+#include "srf/capture/file_names.h"
+
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
@@ -105,6 +107,24 @@ std::string lines(const std::string& field, const Items& items, ToJson toJson) {
 
 } // namespace
 
+namespace {
+
+// The first name or path that is not UTF-8, for messages.
+std::string oddName(const Capture& capture) {
+  std::vector<std::string> names{capture.geometry.generic_string()};
+  for (const Frame& frame : capture.frames) {
+    for (const Exposure& shot : bracketOf(frame))
+      names.insert(names.end(), {shot.picture.generic_string(), shot.layer, shot.alphaLayer});
+    names.push_back(frame.mask.generic_string());
+  }
+  for (const View& view : capture.views) names.push_back(view.identity);
+  for (const Light& light : capture.lights) names.insert(names.end(), {light.name, light.identity});
+  const auto odd = std::ranges::find_if_not(names, isUtf8);
+  return odd == names.end() ? "a name" : escapedName(*odd);
+}
+
+} // namespace
+
 std::string captureText(const Capture& capture, const std::filesystem::path& folder) try {
   assert(!capture.views.empty());
   const Lens& firstLens = capture.views.front().camera.lens;
@@ -131,7 +151,7 @@ std::string captureText(const Capture& capture, const std::filesystem::path& fol
 } catch (Error& e) {
   throw std::move(e).in(folder / "transforms.json");
 } catch (const OrderedJson::type_error&) { // thrown by dump()
-  throw Error("a name or path is not UTF-8").in(folder / "transforms.json");
+  throw Error(oddName(capture) + " is not UTF-8: rename it");
 }
 
 void writeCapture(const Capture& capture, const std::filesystem::path& folder) {

@@ -298,13 +298,33 @@ PngPicture readPng(const std::filesystem::path& path) {
   return picture;
 }
 
+namespace {
+
+// What a file is that is no PNG, by its first bytes: ", but a JPEG"; empty if it is unknown.
+std::string kindOf(std::string_view start) {
+  using namespace std::string_view_literals;
+  constexpr std::array<std::pair<std::string_view, const char*>, 8> kKinds{{{"\xff\xd8\xff"sv, "JPEG"},
+                                                                            {"\x76\x2f\x31\x01"sv, "OpenEXR"},
+                                                                            {"RIFF"sv, "WebP"},
+                                                                            {"GIF8"sv, "GIF"},
+                                                                            {"II*\0"sv, "TIFF"},
+                                                                            {"MM\0*"sv, "TIFF"},
+                                                                            {"#?"sv, "Radiance"},
+                                                                            {"BM"sv, "BMP"}}};
+  for (const auto& [magic, name] : kKinds)
+    if (start.starts_with(magic)) return std::string(", but ") + name;
+  return "";
+}
+
+} // namespace
+
 PngHeader readPngHeader(const std::filesystem::path& path) {
   constexpr size_t kUsually = size_t{1} << 16, kDepth = 24,
                    kColorType = 25; // offsets of IHDR's fields in the file
   std::string start = readFileStart(path, kUsually);
   const auto* head = reinterpret_cast<const png_byte*>(start.data());
   if (start.size() <= kColorType || png_sig_cmp(head, 0, 8) != 0)
-    throw Error("cannot read (not a PNG file)").in(path);
+    throw Error("cannot read (not a PNG file" + kindOf(start) + ")").in(path);
   const uint32_t width = png_get_uint_32(head + 16), height = png_get_uint_32(head + 20);
   if (width < 1 || height < 1 || int64_t{width} * height > kMostPixels)
     throw Error::mismatch("at most 2^28 pixels", sizeText(width, height)).in(path);

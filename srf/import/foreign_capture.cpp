@@ -1,5 +1,6 @@
 #include "srf/import/foreign_capture.h"
 
+#include "srf/capture/file_names.h"
 #include "srf/capture/rig.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"
@@ -29,7 +30,12 @@ std::optional<fs::path> SourceFiles::find(std::string_view written) const {
 
 fs::path SourceFiles::at(std::string_view written) const {
   if (auto file = find(written)) return *std::move(file);
-  throw Error::mismatch("a file in " + (root.empty() ? "." : root.string()), shownText(written));
+  std::string slashes(written);
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  const auto similar = capture::similarFile(root, slashes);
+  throw Error::mismatch("a file in " + (root.empty() ? "." : root.string()) +
+                            (similar ? " (there is " + similar->string() + ")" : ""),
+                        shownText(written));
 }
 
 void SourceFiles::check(const fs::path& file) const {

@@ -84,8 +84,13 @@ TEST_F(WrongCapture, MissingFilesAreNamed) {
   Json json = full();
   json["frames"][1]["file_path"] = "images/c.exr";
   EXPECT_EQ(error(json),
-            "frames[1].file_path: found none at images/c.exr, expected a picture (also tried .png, "
-            ".jpg, .exr)");
+            "frames[1].file_path: found none at images/c.exr, expected a picture (its extension may "
+            "be left out)");
+  json["frames"][1]["file_path"] = "Images/A.exr";
+  EXPECT_NE(
+      error(json).find("found none at Images/A.exr (images/a.exr is there, in other letter case), expected"),
+      std::string::npos)
+      << error(json);
   json = full();
   json["geometry"] = "images";
   EXPECT_EQ(error(json), "geometry: found none at images, expected a file");
