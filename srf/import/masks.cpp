@@ -4,6 +4,7 @@
 #include "surfel/base/text.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 #include <span>
@@ -81,6 +82,52 @@ Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
   return found;
 }
 
+// Returns whether a folder's name tells of masks, though masks are not looked up there.
+bool soundsLikeMasks(const fs::path& folder) {
+  const std::string name = lowerCase(folder.filename().string());
+  return std::ranges::any_of(std::array{"mask", "matte", "silhouette", "segment"},
+                             [&](const char* word) { return name.find(word) != name.npos; });
+}
+
+// Notes, for each folder of photographs, the folder in it or beside it that sounds like masks and holds most
+// pictures of the photographs' names.
+void noteOtherFolders(ForeignCapture& source, Listings& listings) {
+  std::map<fs::path, std::set<fs::path>> photographs; // by folder
+  for (const capture::Frame& frame : source.capture.frames)
+    photographs[frame.picture.parent_path()].insert(frame.picture);
+  for (const auto& [folder, pictures] : photographs) {
+    const auto countIn = [&](const fs::path& other) {
+      return std::ranges::count_if(pictures, [&](const fs::path& picture) {
+        const std::string stem = picture.stem();
+        return std::ranges::any_of(
+            std::array{stem, picture.filename().string(), stem + "_mask", "mask_" + stem},
+            [&](const std::string& key) { return !listings.of(other, key).empty(); });
+      });
+    };
+    fs::path best;
+    std::pair<std::ptrdiff_t, bool> most; // pictures of the names; and the name of the folder in its own
+    for (const fs::path& place : {folder, folder.has_parent_path() ? folder.parent_path() : fs::path(".")}) {
+      std::error_code problem;
+      for (fs::directory_iterator entry(place, problem), end; !problem && entry != end;
+           entry.increment(problem)) {
+        const fs::path& other = entry->path();
+        if (!isFolder(other) || !soundsLikeMasks(other)) continue;
+        const std::pair found(countIn(other), other.filename().string().find(folder.filename().string()) !=
+                                                  std::string::npos);
+        if (found.first == 0 || found < most || (found == most && best < other)) continue;
+        best = other;
+        most = found;
+      }
+    }
+    if (best.empty()) continue;
+    source.notes.push_back("warning: " + counted(static_cast<size_t>(most.first), "picture") + " of " +
+                           source.files.shown(best) + "/ " + (most.first > 1 ? "have" : "has") +
+                           " the names of photographs, but masks are looked up in masks/ alone: if these are "
+                           "masks, rename the folder to " +
+                           source.files.shown(folder / "masks") + "/");
+  }
+}
+
 } // namespace
 
 std::vector<fs::path> maskFoldersIn(const fs::path& parent, std::string_view pictures) {
@@ -145,6 +192,7 @@ void findMasks(ForeignCapture& source) {
   if (!named && !taken.empty())
     notes.push_back(counted(taken.size(), "mask") + " found by name for " + std::to_string(masked) + " of " +
                     counted(frames.size(), "photograph") + ": " + firstNames(taken));
+  if (!named && taken.empty()) noteOtherFolders(source, listings);
   if (!named && !ambiguous.empty())
     notes.push_back("several masks fit " + counted(ambiguous.size(), "photograph") +
                     " by name; taken: " + firstNames(ambiguous));

@@ -129,5 +129,18 @@ TEST_F(MasksByName, PicturesThatNoFrameNamesAreTold) {
                     "images/b.png, images/c.JPE)"));
 }
 
+TEST_F(MasksByName, InFoldersOfOtherNamesAreTold) {
+  for (const char* picture : {"train/a.png", "train/b.png"}) add(picture);
+  for (const char* mask : {"train_mask/a.png", "train_mask/b.png", "depth/a.png"}) writeMask(mask);
+  EXPECT_EQ(import(), "  ");
+  EXPECT_TRUE(
+      noted("2 pictures of train_mask/ have the names of photographs, but masks are looked up in masks/ "
+            "alone: if these are masks, rename the folder to train/masks/"));
+  EXPECT_FALSE(noted("depth"));
+  std::filesystem::rename(folder / "train_mask", folder / "train/masks");
+  EXPECT_EQ(import(), "masks/train/masks/a.png masks/train/masks/b.png ");
+  EXPECT_FALSE(noted("looked up"));
+}
+
 } // namespace
 } // namespace surflect::importers
