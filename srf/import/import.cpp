@@ -178,7 +178,9 @@ ForeignCapture readSource(const fs::path& source, ImportFormat format, const Imp
     if (file.empty())
       throw Error("no light file (.lp, lights.txt, light_directions.txt) here; --lights says where it is")
           .in(source);
-    return readLitView(folder, file, options.litView, options.allowOutside);
+    const bool isOwnFolder = isFolder(source) && !options.lights.empty();
+    return readLitView(isOwnFolder ? folder : folderOfPhotographs(file), file, options.litView,
+                       options.allowOutside);
   }
   }
   throw Error("unknown format");

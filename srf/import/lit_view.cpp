@@ -258,7 +258,10 @@ std::optional<Named> photographNamed(const std::string& name, const SourceFiles&
   if (numbers > 0 && numbers < words.size())
     throw Error::mismatch("a name and x y z (are there decimal commas between commas?)",
                           std::to_string(numbers + 3) + " numbers after " + shownText(words[0]));
-  throw Error::mismatch("a picture in " + files.root.string(), shownText(name));
+  throw Error::mismatch("a picture in " + files.root.string() +
+                            " (import FOLDER --lights FILE states the pictures' folder; if the order of the "
+                            "lines counts, write x y z alone, a line for each picture)",
+                        shownText(name));
 }
 
 // Names of a list, one per line.
@@ -410,6 +413,13 @@ capture::Camera<AcquisitionSpace> frontCamera(image::PictureSize size, const Lit
 
 } // namespace
 
+fs::path folderOfPhotographs(const fs::path& lights) {
+  const fs::path folder = lights.has_parent_path() ? lights.parent_path() : ".";
+  const fs::path pictures = folder / ".." / "jpeg-exports";
+  const bool isOfProject = fs::absolute(folder).lexically_normal().filename() == "assembly-files";
+  return isOfProject && isFolder(pictures) ? pictures.lexically_normal() : folder;
+}
+
 std::optional<fs::path> findLights(const fs::path& folder) {
   std::optional<fs::path> found;
   std::error_code problem;
@@ -425,6 +435,7 @@ std::optional<fs::path> findLights(const fs::path& folder) {
   if (found) return found;
   for (const char* name : {"lights.txt", "light_directions.txt"})
     if (std::error_code ignored; fs::is_regular_file(folder / name, ignored)) return folder / name;
+  if (const fs::path project = folder / "assembly-files"; isFolder(project)) return findLights(project);
   return std::nullopt;
 }
 

@@ -42,8 +42,11 @@ struct LitViewOptions {
   double height = 1;                // height of the picture's section of the plane z = 0, scene units
 };
 
-// Light file of a folder of photographs; empty if there is none. Throws Error for several .lp files.
+// Light file of a folder of photographs, or of an RTIBuilder project, whose assembly-files/ has it; empty if
+// there is none. Throws Error for several .lp files.
 std::optional<std::filesystem::path> findLights(const std::filesystem::path& folder);
+// Folder of the photographs of a light file: its own, or jpeg-exports/ of an RTIBuilder project.
+std::filesystem::path folderOfPhotographs(const std::filesystem::path& lights);
 
 // Reads photographs of one view. The camera looks along -z at the origin, in the middle of the picture, from
 // 2 heights away if orthographic, otherwise from where the field of view fits the height.

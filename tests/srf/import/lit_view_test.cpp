@@ -261,6 +261,22 @@ TEST_F(LitView, TruncatedLightFilesAreRefusedOrCutTheLastNumber) {
     }
 }
 
+// RTIBuilder's project: assembly-files/ has the light file, with paths of the computer that made it.
+TEST_F(LitView, AProjectOfRtiBuilderOpensFromEachOfItsPlaces) {
+  std::filesystem::create_directories(folder / "coin/assembly-files");
+  std::string list = "3\n";
+  for (int i = 1; i <= 3; ++i) {
+    writePicture(folder / "coin/jpeg-exports" / name(i), 16, 12, static_cast<unsigned>(i));
+    list += "C:\\RTI\\coin\\jpeg-exports\\" + name(i) + " " + row(direction()) + "\n";
+  }
+  image::writeBytes(folder / "coin/assembly-files/coin.lp", list);
+  for (const char* source : {"coin", "coin/assembly-files", "coin/assembly-files/coin.lp"}) {
+    std::filesystem::remove_all(folder / "out");
+    EXPECT_EQ(importCapture(folder / source, folder / "out", {}).pictures, 3u) << source;
+  }
+  EXPECT_NE(error("wrong.lp", "1\nnone.png 0 0 1\n").find("import FOLDER --lights FILE"), std::string::npos);
+}
+
 TEST(NaturalOrder, DigitsCompareAsNumbers) {
   for (const auto& [a, b] : {std::pair("a2", "a10"), std::pair("a", "b"), std::pair("a", "a1"),
                              std::pair("1.9", "1.10"), std::pair("x007y", "x8"), std::pair("", "a"),
