@@ -85,7 +85,10 @@ MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesys
     return surflect::contentHash(std::as_bytes(std::span(content)));
   };
   std::string hashes = hex(hashOf(rest));
-  for (const auto& [key, path] : keys_) hashes += ' ' + std::to_string(key) + ' ' + hex(hashOf(path));
+  for (const auto& [key, path] : keys_) {
+    positionsAt(key); // throws before the first frame
+    hashes += ' ' + std::to_string(key) + ' ' + hex(hashOf(path));
+  }
   hash_ = surflect::contentHash(std::as_bytes(std::span(hashes)));
 }
 

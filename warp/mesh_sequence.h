@@ -15,12 +15,13 @@ class MeshSequence {
 public:
   // `frames` is a path whose file name has one run of #, which stands for the frame number, padded with zeros
   // to the run's length. Existing files are the keys. `origin` is subtracted from the coordinates of all
-  // files. Throws Error if the rest mesh is invalid or no file has such a name.
+  // files. Reads all keys, so that a film stops before its first frame. Throws Error if the rest mesh is
+  // invalid, no file has such a name, or with the file that is invalid or whose topology differs.
   MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
                const Vec3<double>& origin = Vec3<double>::Zero());
 
   // Warp by the mesh at a frame. Vertices move linearly between keys; before the first key and after the
-  // last, the mesh does not move. Reads one or two files; throws Error with the file whose topology differs.
+  // last, the mesh does not move. Reads one or two files; throws Error if they have changed.
   WarpPointer at(double frame) const;
 
   bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does

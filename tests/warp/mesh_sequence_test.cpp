@@ -86,6 +86,10 @@ TEST_F(MeshSequenceTest, WhatDoesNotFitTheRestMeshIsAnErrorThatNamesFileAndField
   std::swap(mesh.triangles[7][0], mesh.triangles[7][1]);
   writeKey("cage.01.obj", 1);
   EXPECT_NE(complaint().find("cage.01.obj: triangle[7]: "), std::string::npos);
+  mesh = whole;
+  writeKey("cage.01.obj", 1);
+  std::ofstream(folder / "cage.09.obj") << "v 1 x 3\n"; // a later key stops too, before the first frame
+  EXPECT_NE(complaint().find("cage.09.obj: line 1"), std::string::npos);
   std::ofstream(folder / "cage.01.obj") << "v 1 x 3\n";
   EXPECT_NE(complaint().find("cage.01.obj: line 1"), std::string::npos);
   std::filesystem::remove(rest);
