@@ -166,10 +166,11 @@ Vec3<double> asVector(const Entry& entry) {
 }
 
 int asInteger(const Entry& entry, int least, int most) {
-  const auto* integer = nodeOf(entry).as_integer();
-  if (!integer || integer->get() < least || integer->get() > most)
+  const auto number = nodeOf(entry).value<double>(); // other programs write 48.0
+  if (!nodeOf(entry).is_number() || !number || *number != std::floor(*number) || *number < least ||
+      *number > most)
     throw mismatch(entry, "an integer in " + std::to_string(least) + ".." + std::to_string(most));
-  return static_cast<int>(integer->get());
+  return static_cast<int>(*number);
 }
 
 bool asBoolean(const Entry& entry) {

@@ -136,6 +136,10 @@ TEST(Script, AMisspeltKeyIsToldWithItsLineAndTheNearestKnownOne) {
             "shots/shot.toml: modle: unknown key on line 1; the nearest known one is model");
 }
 
+TEST(Script, WholeNumbersMayHaveAPointAsOtherProgramsWriteThem) {
+  EXPECT_EQ(parse(replaced(example, "first = 1", "first = 1.0")).frames->first, parse(example).frames->first);
+}
+
 TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
   EXPECT_EQ(complaint(replaced(example, "first = 1", "first = 1.5")),
             "shots/shot.toml: frames.first: found 1.5 on line 4, expected an integer in 0..1000000");
