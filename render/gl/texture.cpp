@@ -3,6 +3,8 @@
 #include "render/gl/context.h"
 #include "srf/image/color.h"
 #include "srf/image/half_float.h"
+#include "surfel/base/error.h"
+#include "surfel/base/text.h"
 
 #include <epoxy/gl.h>
 
@@ -13,6 +15,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 
 namespace surflect::gl {
 
@@ -151,8 +154,28 @@ image::Image pictureOf(Format format, int width, int height, std::span<const std
   return picture;
 }
 
+namespace {
+
+// Throws Error with size and limit, which the driver's own complaint lacks.
+void requireWithinLimits(const TextureShape& shape) {
+  GLint side = 0, layers = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
+  glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
+  if (shape.width > side || shape.height > side)
+    throw Error::mismatch("at most " + std::to_string(side) + " each way, the limit of this OpenGL",
+                          "a picture of " + sizeText(shape.width, shape.height) + " texels")
+        .in("OpenGL");
+  if (shape.layers > layers)
+    throw Error::mismatch("at most " + std::to_string(layers) + ", the limit of this OpenGL",
+                          std::to_string(shape.layers) + " layers of a texture")
+        .in("OpenGL");
+}
+
+} // namespace
+
 Texture::Texture(const TextureShape& shape) : shape_(shape), handle_(created(shape)) {
   assert(shape.width > 0 && shape.height > 0 && shape.layers >= 0 && shape.levels > 0);
+  requireWithinLimits(shape);
   const GLenum stored = detailsOf(shape.format).stored;
   if (shape.layers > 0)
     glTextureStorage3D(name(), shape.levels, stored, shape.width, shape.height, shape.layers);

@@ -34,7 +34,11 @@ TEST_F(ContextTest, MistakesAreReportedOnce) {
 
 TEST_F(ContextTest, TooLargeATextureIsAnError) {
   const int tooLarge = context_->describe().limits.textureSize + 1;
-  EXPECT_THROW(Texture({Format::rgba8, tooLarge, 1}), Error);
+  EXPECT_EQ(image::errorOf([&] {
+              Texture({Format::rgba8, tooLarge, 1});
+            }),
+            "OpenGL: found a picture of " + std::to_string(tooLarge) + " x 1 texels, expected at most " +
+                std::to_string(tooLarge - 1) + " each way, the limit of this OpenGL");
 }
 
 TEST_F(ContextTest, TheStopwatchWaitsForTheWork) {
