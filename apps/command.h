@@ -29,6 +29,11 @@ private:
   Json report_;
 };
 
+// Work that a signal has stopped: the program exits with 128 and the signal's number, as shells have it.
+class Interrupted : public Error {
+  using Error::Error;
+};
+
 // Sets the work that runs if the command is chosen. An interruption becomes an Error that ends with `next`,
 // what the user can do then.
 inline void setWork(CLI::App& command, CommandWork& work, const std::string& next,
@@ -38,7 +43,7 @@ inline void setWork(CLI::App& command, CommandWork& work, const std::string& nex
       try {
         return chosen(progress);
       } catch (const Cancelled&) {
-        throw Error("interrupted; " + next);
+        throw Interrupted("interrupted; " + next);
       }
     };
   });

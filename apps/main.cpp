@@ -15,6 +15,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <iostream>
 #include <memory>
 #include <new>
 #include <thread>
@@ -64,6 +65,9 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
     report = failure.report();
     report["error"] = failure.what();
     status = kFailed;
+  } catch (const Interrupted& interruption) {
+    report["error"] = interruption.what();
+    status = 128 + interruptingSignal();
   } catch (const std::bad_alloc&) {
     report["error"] = "out of memory";
     status = kFailed;
@@ -110,7 +114,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
+    if (error.get_exit_code() == 0) { // help, or the version
+      app.exit(error);
+      return std::fflush(stdout) == 0 && std::cout.flush() ? 0 : kFailed;
+    }
     const bool isUnknown = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                            app.get_subcommands().empty();
     const std::string unknown = isUnknown ? unknownWord(app, argc, argv) : "";

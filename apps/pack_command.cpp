@@ -14,7 +14,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
 #include <memory>
+#include <sys/file.h>
+#include <unistd.h>
 
 namespace surflect {
 
@@ -104,6 +109,35 @@ std::filesystem::path viewsOf(const PackArguments& arguments, const method::Meth
   return views;
 }
 
+// The folder of a model while it is made: no other process may write there.
+class OutputFolder {
+public:
+  // Makes the folder if it is not there. Throws Error if another process holds it, or it cannot be made.
+  explicit OutputFolder(std::filesystem::path path)
+      : path_(std::move(path)), isNew_(!std::filesystem::exists(path_)) {
+    requireCreatable(path_);
+    createFolder(path_);
+    descriptor_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor_ < 0) throw Error(std::string("cannot open (") + std::strerror(errno) + ")").in(path_);
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+      return; // some systems have no locks
+    ::close(descriptor_);
+    throw Error("another process writes there").in(path_);
+  }
+  // Removes a folder that it has made, if it is still empty.
+  ~OutputFolder() {
+    if (isNew_) ::rmdir(path_.c_str());
+    ::close(descriptor_);
+  }
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+private:
+  std::filesystem::path path_;
+  bool isNew_ = false;
+  int descriptor_ = -1;
+};
+
 // Throws Error if a finished model of another method would be lost.
 void requireSameMethod(const std::filesystem::path& output, const method::Method& method) {
   if (!std::filesystem::exists(output / model::kManifestFile)) return;
@@ -120,13 +154,13 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
   BuildFindings findings(arguments.capture.path,
                          arguments.capture.path + (arguments.mesh.empty() ? "" : " --mesh " + arguments.mesh),
                          arguments.force);
+  if (method.build) requireSameMethod(arguments.output, method);
+  const OutputFolder output(arguments.output);
   if (!method.build) {
     json.update(packSurfels(arguments, setting, findings, progress));
     json["findings"] = findings.json();
     return json;
   }
-  requireCreatable(arguments.output);
-  requireSameMethod(arguments.output, method);
   method::BuildInput input{.source = viewsOf(arguments, method, json, progress),
                            .mesh = arguments.mesh,
                            .paths = arguments.capture.outside,

@@ -10,9 +10,11 @@ namespace surflect {
 // Makes Ctrl-C and SIGTERM ask the work to stop at its next checkpoint; a second signal ends the process. A
 // write beyond the user's file size limit becomes an error of the writer.
 void watchSignals();
+// The signal that asked the work to stop; 0 if none has.
+int interruptingSignal();
 
-// Progress line if stderr is a terminal, otherwise a line every five minutes for logs. Always checks for an
-// interruption.
+// Progress of the present stage with the time that it will still take: one line that changes if stderr is a
+// terminal, otherwise a line every ten seconds. Always checks for an interruption.
 Progress terminalProgress();
 
 // Prints a permanent line for people, on stderr.

@@ -56,7 +56,7 @@ class Chart(TestInFolder):
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate()
-        self.assertEqual(process.returncode, 1)
+        self.assertEqual(process.returncode, 128 + signal.SIGINT)
         self.assertEqual(said.splitlines()[-1], "surflect: interrupted; the same command goes on from here")
         lines = kept.read_text()
         succeed(*self.arguments("stopped", "--sweep", "cameras=1"))

@@ -1,6 +1,8 @@
 """Methods with fixed light, from views and from a capture, through pack, evaluate, render, inspect and chart."""
 
+import fcntl
 import json
+import os
 import shutil
 import unittest
 
@@ -327,6 +329,17 @@ class Methods(TestInFolder):
 
     def test_a_model_of_another_method_is_not_replaced(self):
         self.assert_refused("finished model of method slf", "pack", self.views, "--method", "lfm", "-o", self.models[0])
+
+    def test_a_folder_that_another_process_writes_is_left_alone(self):
+        model = self.folder / "held.lum"
+        model.mkdir()
+        holder = os.open(model, os.O_RDONLY)
+        fcntl.flock(holder, fcntl.LOCK_EX)
+        pack = "pack", self.views, "--method", "lumigraph", "--st", "3", "--texels", TEXELS, "-o", model
+        self.assert_refused("held.lum: another process writes there", *pack)
+        self.assertEqual(list(model.iterdir()), [])
+        os.close(holder)
+        succeed(*pack)
 
     def test_what_cannot_be_built_is_one_line(self):
         out = ["-o", self.folder / "none"]

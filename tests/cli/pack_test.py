@@ -89,7 +89,7 @@ class Pack(TestInFolder):
                     name = f"{signal_number}-{least_resumed}.srf"
                     status, said = self.interrupt(name, moment, signal_number)
                     if signal_number == signal.SIGINT:
-                        self.assertEqual(status, 1)
+                        self.assertEqual(status, 128 + signal.SIGINT)
                         self.assertIn("interrupted", said)
                     else:
                         self.assertEqual(status, -signal.SIGKILL)

@@ -18,6 +18,11 @@ def first_example(page):
 
 
 class Usage(unittest.TestCase):
+    def test_help_that_cannot_be_written_is_no_success(self):
+        for arguments in (["--help"], ["pack", "--help"], ["--version"]):
+            with open("/dev/full", "w") as full:
+                self.assertEqual(subprocess.run([SURFLECT, *arguments], stdout=full, stderr=subprocess.DEVNULL).returncode, 1)
+
     def test_wrong_arguments_exit_with_2_and_leave_stdout_empty(self):
         for arguments in ([], ["paint"], ["pack"], ["pack", "capture"], ["render", "film.toml"], ["inspect"],
                           ["evaluate", "model.srf"], ["inspect", "model.srf", "--loud"],
