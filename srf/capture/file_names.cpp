@@ -91,7 +91,9 @@ std::optional<fs::path> similarFile(const fs::path& root, const fs::path& writte
     if (!entry) return std::nullopt;
     found /= entry->filename();
   }
-  return found;
+  std::error_code failure;
+  const bool isOther = found != written && fs::is_regular_file(root / found, failure);
+  return isOther ? std::optional(found) : std::nullopt;
 }
 
 std::optional<fs::path> pictureCalled(const fs::path& root, const fs::path& written) {

@@ -353,7 +353,6 @@ image::Image matteOf(const Capture& capture, const Frame& frame) {
     const image::Image coverage = readCoverage(capture.folder() / frame.mask, {matte.width, matte.height});
     for (size_t i = 0; i < matte.values.size(); ++i) matte.values[i] *= coverage.values[i];
   }
-  for (float& value : matte.values) value = settledAlpha(value);
   return matte;
 }
 

@@ -230,15 +230,17 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
   photograph.hasMatte = first.alpha || coverage;
   const float zMax = bracket.size() > 1 ? largestColor(bracket) : 0;
   std::vector<image::ExposureSample> samples(bracket.size());
+  const bool isCoded = first.bits > 0 || coverage; // floating point may mean what it says
 
   for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
     const float pictureAlpha = first.alpha ? first.alpha->values[i] : 1;
-    const float alpha = matte ? matte->values[i]
-                              : settledAlpha(unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1));
+    const float own = unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1);
+    const float alpha = matte ? matte->values[i] : isCoded ? settledAlpha(own) : own;
     photograph.alpha.values[i] = alpha;
     bool valid = std::isfinite(pictureAlpha);
     float* radiance = photograph.radiance.values.data() + 3 * i;
-    const bool hasColor = alpha > 0 && (pictureAlpha > 0 || !first.alphaPremultiplied);
+    const bool hasColor =
+        alpha > 0 && (!matte || !first.alphaPremultiplied || settledAlpha(pictureAlpha) > 0);
     for (size_t c = 0; c < 3 && hasColor; ++c) {
       for (size_t k = 0; k < bracket.size(); ++k) {
         const float z = straight(bracket[k], i, c);

@@ -28,8 +28,8 @@ image::ColorEncoding encodingOf(const std::optional<ColorSpace>& ofCapture,
 struct Photograph {
   image::Image radiance; // 3 channels in the photograph's scale: linear, divided by alpha and exposure,
                          // brackets merged. Negative noise is kept. Black where alpha is 0.
-  image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask, as settledAlpha()
-                      // takes it; 1 if neither exists
+  image::Image alpha; // 1 channel, 0..1: alpha (of a bracket's first picture) times mask, of integers or with
+                      // a mask as settledAlpha() takes it; 1 if neither exists
   bool hasMatte = false;                  // the picture has alpha, or a mask
   std::vector<size_t> invalidTexels = {}; // texels that were NaN or infinite, in rising order; now black
 };

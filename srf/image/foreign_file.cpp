@@ -192,7 +192,7 @@ std::string jpegDamage(std::string_view file) {
   for (size_t at = 2; at + 2 <= file.size();) {
     if (inScan) { // a marker is 0xff with another byte than 0, which stands for the 0xff itself
       at = file.find('\xff', at);
-      if (at == file.npos) break;
+      if (at == file.npos || at + 2 > file.size()) break;
     }
     const uint32_t marker = numbers.at(at, 2);
     if (marker == kEnd) return {};
@@ -202,6 +202,8 @@ std::string jpegDamage(std::string_view file) {
       at += 2;
     } else if (marker < 0xff00) {
       return {}; // the decoder's matter
+    } else if (at + 4 > file.size()) {
+      break;
     } else {
       inScan = marker == kStartOfScan;
       at += 2 + size_t{numbers.at(at + 2, 2)};

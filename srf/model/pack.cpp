@@ -174,9 +174,9 @@ constexpr size_t kMostSurfels = 1000000;
 // colours, since their own are divided by a small alpha and therefore noisy.
 constexpr double kFaintestStored = 1 / 16.;
 
-// Version of the encoder, whose choices decide the bytes of a view; pack does not resume views of another
-// version.
-constexpr int kEncoderVersion = 2;
+// Version of the encoder and of the mattes it gets, which decide the bytes of a view; pack does not resume
+// views of another version.
+constexpr int kEncoderVersion = 3;
 
 // Identity of everything that determines the files of a run: an earlier run with the same identity can be
 // resumed.

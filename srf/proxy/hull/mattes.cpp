@@ -41,12 +41,12 @@ std::optional<image::Image> matteOf(const capture::Capture& capture, std::span<c
   return matte.values.empty() ? std::nullopt : std::optional(std::move(matte));
 }
 
-// 1 at and beside pixels with alpha above 0.
+// 1 at and beside pixels with alpha that counts (settledAlpha).
 image::Image touched(const image::Image& matte) {
   image::Image mask(matte.width, matte.height, 1);
   for (int y = 0; y < matte.height; ++y)
     for (int x = 0; x < matte.width; ++x) {
-      if (!(matte.at(x, y)[0] > 0)) continue;
+      if (!(capture::settledAlpha(matte.at(x, y)[0]) > 0)) continue;
       for (int j = std::max(0, y - 1); j <= std::min(matte.height - 1, y + 1); ++j)
         for (int i = std::max(0, x - 1); i <= std::min(matte.width - 1, x + 1); ++i) mask.at(i, j)[0] = 1;
     }

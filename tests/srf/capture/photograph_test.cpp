@@ -483,7 +483,9 @@ TEST_F(PhotographFile, PhotographsOfAViewShareOneMatte) {
   size_t invalid = 0;
   MatteVote vote(photographs.size());
   for (size_t i = 0; i < photographs.size(); ++i) {
-    EXPECT_EQ(view.radiance[i].values, photographs[i].radiance.values) << i;
+    for (size_t v = 0; v < view.radiance[i].values.size(); ++v)
+      if (photographs[i].alpha.values[v / 3] > 0) // elsewhere the view's matte may show the object
+        EXPECT_EQ(view.radiance[i].values[v], photographs[i].radiance.values[v]) << i;
     invalid += photographs[i].invalidTexels.size();
     vote.add(photographs[i].alpha);
   }
@@ -509,15 +511,22 @@ TEST_F(PhotographFile, StraightColoursBeneathAnEmptyMatteCount) {
   EXPECT_EQ(view.radiance[2].values, view.radiance[0].values);
 }
 
-TEST_F(PhotographFile, AFewCodesOfAlphaAreNothing) {
+TEST_F(PhotographFile, AFewCodesOfAlphaAreNothingAndFloatsMeanWhatTheySay) {
   image::Image picture = constant(4, {0.5f, 0.5f, 0.5f, 254.f / 255});
   for (int x = 0; x < 4; ++x) picture.at(x, 0)[3] = static_cast<float>(x) / 255;
   image::writePng(folder / "a.png", picture);
+  writeExrPicture(picture);
+  image::writePng(folder / "mask.png", constant(1, {1}));
   add("a.png");
-  const Photograph photograph = readAll()[0];
+  add("a.exr").mask = "mask.png";
+  add("a.exr");
+  const std::vector<Photograph> photographs = readAll();
   for (int x = 0; x < width; ++x) {
-    EXPECT_EQ(photograph.alpha.at(x, 0)[0], x < 4 ? 0 : 1);
-    EXPECT_EQ(photograph.radiance.at(x, 0)[0] > 0, x >= 4);
+    for (size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(photographs[i].alpha.at(x, 0)[0], x < 4 ? 0 : 1) << i;
+      EXPECT_EQ(photographs[i].radiance.at(x, 0)[0] > 0, x >= 4) << i;
+    }
+    EXPECT_EQ(photographs[2].alpha.at(x, 0)[0], picture.at(x, 0)[3]);
   }
 }
 

@@ -86,9 +86,9 @@ TEST_F(WrongCapture, MissingFilesAreNamed) {
   EXPECT_EQ(error(json),
             "frames[1].file_path: found none at images/c.exr, expected a picture (its extension may "
             "be left out)");
-  json["frames"][1]["file_path"] = "Images/A.exr";
+  json["frames"][1]["file_path"] = "Images/A.png";
   EXPECT_NE(
-      error(json).find("found none at Images/A.exr (images/a.exr is there, in other letter case), expected"),
+      error(json).find("found none at Images/A.png (images/a.png is there, in other letter case), expected"),
       std::string::npos)
       << error(json);
   json = full();

@@ -340,7 +340,12 @@ TEST_F(ImageFile, PicturesThatEndEarlyAreRefusedThoughTheirReadersFillThemUp) {
   for (const size_t cut : {1u, 2u, 3u, 4u})
     EXPECT_TRUE(isRefused(complaint("a.jpg", jpeg.substr(0, jpeg.size() - cut)))) << cut;
   EXPECT_TRUE(isRefused(complaint("a.jpg", pixels + std::string(300, '\0'))));
-  EXPECT_TRUE(isRefused(complaint("a.tif", tiffFile({.width = 4, .height = 4, .pixels = "123"}))));
+  std::string tiff = tiffFile({.width = 4, .height = 4, .pixels = std::string(48, 'x')});
+  const std::string place =
+      littleEndianBytes(273, 2) + littleEndianBytes(4, 2) + littleEndianBytes(1); // of pixels
+  tiff.replace(tiff.find(place) + place.size(), 4,
+               littleEndianBytes(static_cast<uint32_t>(tiff.size() - 20)));
+  EXPECT_TRUE(isRefused(complaint("a.tif", tiff)));
   EXPECT_NE(complaint("a.ppm", "P6\n2 2\n255\n123").find("cannot read (the file ends before its picture)"),
             std::string::npos);
   // Some cameras write a few bytes between the last pixel and the end.

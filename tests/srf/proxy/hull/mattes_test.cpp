@@ -1,5 +1,6 @@
 #include "srf/proxy/hull/mattes.h"
 
+#include "srf/image/exr.h"
 #include "srf/image/png.h"
 #include "srf/proxy/impostor.h"
 #include "tests/srf/proxy/hull/shapes.h"
@@ -50,6 +51,19 @@ TEST_F(Mattes, AreUnitedOverTheFramesOfAView) {
   EXPECT_EQ(silhouetteViews[0].name, "C0");
   EXPECT_EQ(silhouetteViews[0].outline.mask(), image::objectMask(columns(3, 9)));
   EXPECT_EQ(silhouetteViews[1].outline.mask(), image::objectMask(columns(2, 4)));
+}
+
+// Denoisers leave faint alpha beside the object, in floating point too.
+TEST_F(Mattes, TouchWhatMoreThanAFew255thsOfAlphaShow) {
+  add(0, 0, std::nullopt);
+  image::Image picture(16, 16, 4);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) picture.at(x, y)[3] = x >= 5 && x < 9 ? 0.02f : 2 / 255.f;
+  image::writeExr(folder / "picture.exr", picture, image::Precision::single);
+  capture.frames[0].picture = "picture.exr";
+  const auto silhouetteViews = silhouetteViewsOf(capture, {}, Silhouette::touched);
+  ASSERT_EQ(silhouetteViews.size(), 1u);
+  EXPECT_EQ(silhouetteViews[0].outline.mask(), image::objectMask(columns(4, 10)));
 }
 
 TEST_F(Mattes, ThatAreMissingOrWithoutBackgroundAreNone) {
