@@ -34,6 +34,8 @@ def options_by_folder(build):
             while with_argument in options:
                 at = options.index(with_argument)
                 del options[at:at + 2]
+        # One precompiled header serves programs and modules.
+        options = [option for option in options if option not in ("-fPIC", "-fPIE")]
         found.setdefault(words[output + 1].partition("/CMakeFiles/")[0], options)
     return found
 
