@@ -114,13 +114,15 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const capture::Capture capture = arguments.input.read();
   Json report = told(describe(capture));
+  // Lights that no frame names do not count: the checks tell fixed light by an empty list.
+  const capture::Capture used = capture::subset(capture, [](const capture::Frame&) { return true; });
   std::vector<validation::Finding> findings;
   const auto take = [&](std::span<const validation::Finding> found) {
     announce(found);
     findings.insert(findings.end(), found.begin(), found.end());
     report["findings"] = jsonOf(findings);
   };
-  validation::checkBeforeGeometry(capture, {}, take, progress);
+  validation::checkBeforeGeometry(used, {}, take, progress);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
   if (!isGeometryGiven && arguments.overlay.empty()) return report;
@@ -129,7 +131,7 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   const proxy::Impostor impostor = proxy::impostorOf(training, arguments.impostor, progress);
   for (const std::string& note : impostor.notes) say(note);
   if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
-  take(validation::checkCapture(capture, impostor.mesh, {}, progress));
+  take(validation::checkCapture(used, impostor.mesh, {}, progress));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
   return report;
 }

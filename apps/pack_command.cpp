@@ -113,9 +113,10 @@ std::filesystem::path viewsOf(const PackArguments& arguments, const method::Meth
 class OutputFolder {
 public:
   // Makes the folder if it is not there. Throws Error if another process holds it, or it cannot be made.
-  explicit OutputFolder(std::filesystem::path path)
-      : path_(std::move(path)), isNew_(!std::filesystem::exists(path_)) {
+  explicit OutputFolder(std::filesystem::path path) : path_(std::move(path)) {
     requireCreatable(path_);
+    std::error_code unknown; // reported when creating
+    isNew_ = !std::filesystem::exists(path_, unknown);
     createFolder(path_);
     descriptor_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor_ < 0) throw Error(std::string("cannot open (") + std::strerror(errno) + ")").in(path_);
@@ -140,7 +141,8 @@ private:
 
 // Throws Error if a finished model of another method would be lost.
 void requireSameMethod(const std::filesystem::path& output, const method::Method& method) {
-  if (!std::filesystem::exists(output / model::kManifestFile)) return;
+  std::error_code unknown; // reported when writing
+  if (!std::filesystem::exists(output / model::kManifestFile, unknown)) return;
   if (const method::Method& found = method::methodOfModel(output); found.format != method.format)
     throw Error(fmt::format("is a finished model of method {}: remove it, or give another -o", found.tag))
         .in(output);
@@ -151,8 +153,10 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
   const method::Setting setting = arguments.options.settingFor(method);
   requireMatching(arguments, method, setting);
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
-  BuildFindings findings(arguments.capture.path,
-                         arguments.capture.path + (arguments.mesh.empty() ? "" : " --mesh " + arguments.mesh),
+  const std::string checked = arguments.light.isGiven()
+                                  ? (std::filesystem::path(arguments.output) / method::kViewsFolder).string()
+                                  : arguments.capture.path;
+  BuildFindings findings(checked, checked + (arguments.mesh.empty() ? "" : " --mesh " + arguments.mesh),
                          arguments.force);
   if (method.build) requireSameMethod(arguments.output, method);
   const OutputFolder output(arguments.output);

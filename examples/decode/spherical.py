@@ -64,7 +64,7 @@ class Image:
 
     def heights_met(self, plane, slope, viewer):
         """Where rays first come from above to the heights, at solid texels if there are any; NaN if nowhere."""
-        start, end = min(viewer, self.highest + 1 / 1024), self.lowest
+        start, end = min(viewer, self.highest + 1 / 1024), self.lowest - 1 / 1024
         above = lambda rays, h: self.at(plane[rays] + h[:, None] * slope[rays])[:, 4] - h
         steps = np.clip(np.ceil((start - end) * np.linalg.norm(slope, axis=1) * self.texels_of_slope), 1, MOST_STEPS)
         met, met_alpha = np.full(len(plane), np.nan), np.zeros(len(plane))

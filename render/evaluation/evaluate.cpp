@@ -222,11 +222,11 @@ constexpr double kMovedCamera = 1e-3, kTurnedLight = 1e-2; // of the distance to
 constexpr double kOtherStrength = 1.1;                     // ratio
 constexpr double kLeastOverlap = 0.8;                      // of silhouettes; fur in a coarse model has more
 
-// "3 of 8 cameras stand elsewhere than the model's of that name: C01, C02, .."
+// "3 of 8 cameras stand elsewhere than the model's of the same name: C01, C02, .."
 std::optional<std::string> listed(const std::vector<std::string>& names, size_t known, const char* nouns,
                                   const char* fault) {
   if (names.empty()) return std::nullopt;
-  return fmt::format("{} of {} {} {} than the model's of that name: {}", names.size(), known, nouns, fault,
+  return fmt::format("{} of {} {} {} the model's of the same name: {}", names.size(), known, nouns, fault,
                      firstNames(names));
 }
 
@@ -246,34 +246,37 @@ std::vector<std::string> rigMismatches(const method::Description& model, const c
   std::vector<bool> isTraining(capture.views.size(), false);
   for (const capture::Frame& frame : capture.frames)
     if (frame.split == capture::Split::train) isTraining[frame.view] = true;
-  std::map<std::string, const capture::View*> viewOf;
-  for (const capture::View& view : rig.views) viewOf.emplace(view.identity, &view);
+  std::multimap<std::string, const capture::View*> viewsOf; // a camera that moves has several
+  for (const capture::View& view : rig.views) viewsOf.emplace(view.identity, &view);
   std::vector<std::string> moved;
   size_t shared = 0, training = 0;
   for (size_t v = 0; v < capture.views.size(); ++v) {
     if (!isTraining[v]) continue;
     ++training;
-    const auto known = viewOf.find(capture.views[v].identity);
-    if (known == viewOf.end()) continue;
+    const auto [begin, end] = viewsOf.equal_range(capture.views[v].identity);
+    if (begin == end) continue;
     ++shared;
-    const capture::Viewpoint here(capture.views[v].camera), there(known->second->camera);
-    const double ratio = here.distance(middle) / there.distance(middle); // NaN if both are distant
-    if (!((here.towards(middle).raw() - there.towards(middle).raw()).norm() <= kMovedCamera) ||
-        std::abs(ratio - 1) > kMovedCamera)
-      moved.push_back(capture.views[v].identity);
+    const capture::Viewpoint here(capture.views[v].camera);
+    const auto isHere = [&](const auto& known) {
+      const capture::Viewpoint there(known.second->camera);
+      const double ratio = here.distance(middle) / there.distance(middle); // NaN if both are distant
+      return (here.towards(middle).raw() - there.towards(middle).raw()).norm() <= kMovedCamera &&
+             !(std::abs(ratio - 1) > kMovedCamera);
+    };
+    if (std::none_of(begin, end, isHere)) moved.push_back(capture.views[v].identity);
   }
   if (training > 0 && shared == 0 && !rig.views.empty())
     lines.push_back(
         fmt::format("none of the {} training cameras is among the {} that the model was made from", training,
                     rig.views.size()));
-  add(listed(moved, shared, "cameras", "stand elsewhere"));
+  add(listed(moved, shared, "cameras", "stand elsewhere than"));
 
   std::map<std::string, const capture::Light*> lightOf;
-  for (const capture::Light& light : rig.lights) lightOf.emplace(light.identity, &light);
+  for (const capture::Light& light : rig.lights) lightOf.emplace(light.name, &light);
   std::vector<std::string> turned, stronger;
   size_t sharedLights = 0;
   for (const capture::Light& light : capture.lights) {
-    const auto known = lightOf.find(light.identity);
+    const auto known = lightOf.find(light.name);
     if (known == lightOf.end()) continue;
     ++sharedLights;
     const double cosine =
@@ -284,8 +287,8 @@ std::vector<std::string> rigMismatches(const method::Description& model, const c
     if (!(ratio <= kOtherStrength && ratio >= 1 / kOtherStrength))
       stronger.push_back(fmt::format("{} ({:.3g} times)", light.name, ratio));
   }
-  add(listed(turned, sharedLights, "lights", "shine from elsewhere"));
-  add(listed(stronger, sharedLights, "lights", "have another strength"));
+  add(listed(turned, sharedLights, "lights", "shine from another direction than"));
+  add(listed(stronger, sharedLights, "lights", "differ in strength from"));
   return lines;
 }
 

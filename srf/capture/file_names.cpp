@@ -2,10 +2,10 @@
 
 #include "srf/image/image_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <vector>
 
 namespace surflect::capture {
 

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <ranges>
 #include <set>
 #include <span>
@@ -371,18 +372,21 @@ void warnOfDiffering(const Capture& capture, const Progress& progress, size_t mo
   std::vector<std::vector<double>> shares(chosen.size());
   std::vector<double> ofView(chosen.size());
   std::vector<std::vector<size_t>> read(chosen.size());
-  tbb::parallel_for(size_t{0}, chosen.size(), [&](size_t v) {
+  for (size_t v = 0; v < chosen.size(); ++v) { // one view at a time: a vote keeps an eighth of the mattes
     const std::vector<size_t>& frames = views[chosen[v]];
     for (const size_t k : evenlySpaced(frames.size(), most)) read[v].push_back(frames[k]);
     MatteVote vote(read[v].size());
-    for (const size_t frame : read[v]) {
+    shares[v].resize(read[v].size());
+    std::mutex voting;
+    tbb::parallel_for(size_t{0}, read[v].size(), [&](size_t k) {
       progress.checkpoint();
-      const image::Image matte = matteOf(capture, capture.frames[frame]);
-      shares[v].push_back(objectShare(matte));
+      const image::Image matte = matteOf(capture, capture.frames[read[v][k]]);
+      shares[v][k] = objectShare(matte);
+      const std::lock_guard lock(voting);
       vote.add(matte);
-    }
+    });
     ofView[v] = objectShare(vote.outcome());
-  });
+  }
   struct Kind {
     const char* what;
     std::vector<std::string> names = {};

@@ -23,10 +23,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <mutex>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -321,7 +321,8 @@ void decodePictures(ForeignCapture& source, const Progress& progress) {
   for (auto& [path, use] : uses) all.push_back(std::move(use));
   std::vector<char> endsBlack(all.size()), isStraight(all.size());
   std::vector<std::string> parts(all.size());
-  std::atomic<size_t> done = 0;
+  size_t done = 0;
+  std::mutex reporting;
   tbb::parallel_for(size_t{0}, all.size(), [&](size_t i) {
     progress.checkpoint();
     const auto& [path, mask, layer, alphaLayer] = all[i];
@@ -340,6 +341,7 @@ void decodePictures(ForeignCapture& source, const Progress& progress) {
       if (isPlain && !mask.empty())
         endsBlack[i] = endsInZeros(picture.image, capture::readMask(mask).coverage);
     }
+    const std::lock_guard lock(reporting);
     progress("decoding pictures", static_cast<double>(++done) / static_cast<double>(all.size()));
   });
   const auto note = [&](const std::vector<char>& which, const std::string& text) {

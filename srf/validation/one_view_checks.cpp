@@ -102,6 +102,7 @@ std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,
   }
   std::vector<double> brightest;
   for (const Sample& sample : samples) brightest.push_back(sample.brightest);
+  if (brightest.empty()) return {}; // a picture lower than a step
   const auto at = brightest.begin() + static_cast<std::ptrdiff_t>(brightest.size() * 995 / 1000);
   std::nth_element(brightest.begin(), at, brightest.end());
   const double threshold = kLitObject * *at;

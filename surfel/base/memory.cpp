@@ -59,7 +59,8 @@ void requireMemory(double bytes, const std::string& what) {
     std::snprintf(text, sizeof text, "%.1f GiB", count / (1 << 30));
     return std::string(text);
   };
-  throw Error("needs " + gibibytes(bytes) + " for " + what + ", and " + gibibytes(available) + " are there");
+  throw Error("needs " + gibibytes(bytes) + " for " + what + ", but this process may use " +
+              gibibytes(available) + " at most");
 }
 
 void forgetPeakMemory() {

@@ -37,9 +37,8 @@ void requirePlainPinholes(const capture::Capture& capture) {
 }
 
 capture::Capture fixedLightCapture(const std::filesystem::path& folder, const ViewsOptions& options) {
-  const capture::Capture all = capture::readCapture(folder, options.paths);
-  capture::Capture capture = capture::subset(all, [](const capture::Frame&) { return true; });
-  capture.notes = all.notes;
+  capture::Capture capture = capture::subset(capture::readCapture(folder, options.paths),
+                                             [](const capture::Frame&) { return true; });
   if (capture.lights.size() > 1)
     throw Error::mismatch("one at most (surflect relight makes views under fixed light)",
                           fmt::format("{} lights", capture.lights.size()))
@@ -53,7 +52,6 @@ capture::Capture trainingOf(const capture::Capture& capture) {
   capture::Capture training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
   if (training.frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
-  training.notes = capture.notes;
   return training;
 }
 

@@ -55,8 +55,10 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   const Rings rings(views.mesh(), progress);
   const MapSizes sizes{options.samples, options.viewSize, options.terms};
   if (const size_t most = mostTerms(rings, sizes); options.method == Method::nmf && options.terms > most)
-    throw Error::mismatch(fmt::format("at most {}, the samples around a vertex", most),
-                          std::to_string(options.terms))
+    throw Error::mismatch(
+        fmt::format("at most {}, the samples around a vertex or, if fewer, its directions times channels",
+                    most),
+        std::to_string(options.terms))
         .at("terms");
   requireMemoryFor(rings, sizes);
   TriangleMesh mesh = views.mesh();

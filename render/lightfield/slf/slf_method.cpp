@@ -58,9 +58,11 @@ method::BuildReport buildField(const method::BuildInput& input, const Setting& s
   if (report.unseenRegions > 0)
     input.say(fmt::format("{} regions are seen by no photograph: filled from their neighbours, {} left black",
                           report.unseenRegions, report.blackRegions));
-  input.say(fmt::format("{}: {} textures of {} in {} directions, {} texels of the surface, {}; {:.1f} s",
+  input.say(fmt::format("{}: {} textures of {} in {} directions, {} texels of the surface, {}; {:.0f} % of "
+                        "all texels are filled in, as no photograph looked from their direction; {:.1f} s",
                         input.output.string(), report.texturesStored, report.regions, options.directions,
-                        report.surfaceTexels, lightfield::mebibytes(report.bytes), watch.seconds()));
+                        report.surfaceTexels, lightfield::mebibytes(report.bytes), 100 * report.inventedShare,
+                        watch.seconds()));
   const auto count = [](auto number) { return static_cast<double>(number); };
   return {.counts = {{"regions", count(report.regions)},
                      {"photographs", count(report.photographs)},

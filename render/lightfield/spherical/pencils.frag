@@ -51,7 +51,7 @@ float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
 
 // heightMet() of reprojection.h; kNoHeight if there is none.
 float heightMet(vec2 plane, vec2 slope, float slot, float viewer) {
-  float start = min(viewer, heightRange.y + kMargin), end = heightRange.x;
+  float start = min(viewer, heightRange.y + kMargin), end = heightRange.x - kMargin;
   if (start <= end) return kNoHeight;
   float texels = (start - end) * length(slope) * imageSize * exp2(-mip);
   int steps = int(clamp(ceil(texels), 1.0, float(kMostSteps)));

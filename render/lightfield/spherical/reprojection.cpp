@@ -49,8 +49,8 @@ bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2
 }
 
 March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip) {
-  constexpr double kMargin = 1.0 / 1024; // above the heights, so that the first of them is crossed
-  March march{std::min(viewer, double{range.highest} + kMargin), range.lowest};
+  constexpr double kMargin = 1.0 / 1024; // beyond the heights, so that rounding leaves none of them uncrossed
+  March march{std::min(viewer, double{range.highest} + kMargin), double{range.lowest} - kMargin};
   const double texels = (march.from - march.to) * slope.norm() * size * std::exp2(-mip);
   march.steps = static_cast<int>(std::clamp(std::ceil(texels), 1.0, 0.0 + kMostSteps));
   return march;

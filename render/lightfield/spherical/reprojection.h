@@ -21,10 +21,10 @@ bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2
 
 // Height where the ray first comes from above to a solid part of the object: H(x(h)) = h. The ray starts at
 // the viewer's height e.z, as nothing behind the viewer is met, or above the image's heights if the viewer is
-// higher, and ends at the lowest of these. Found between steps of about a texel of the mip level. A crossing
-// where alpha is below kSolid counts only if there is no solid one behind it. Empty if there is no crossing:
-// behind an outline the ray passes through, as heights beside the object continue those on it. At a jump of
-// heights within the object the ray meets a wall.
+// higher, and ends below the lowest of these. Found between steps of about a texel of the mip level. A
+// crossing where alpha is below kSolid counts only if there is no solid one behind it. Empty if there is no
+// crossing: behind an outline the ray passes through, as heights beside the object continue those on it. At a
+// jump of heights within the object the ray meets a wall.
 std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
                                 const Vec2<double>& slope, double viewer, double mip);
 

@@ -58,6 +58,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
 struct RenderOptions {
   int samples = lightfield::kSamples;
   std::optional<double> level;
+  double mip = 0;
   bool interpolated = true, depth = true;
   size_t cacheMb = 1024;
 };
@@ -68,6 +69,9 @@ const method::Rows<RenderOptions>& renderRows() {
       row<RenderOptions>("level", [](auto& o) -> auto& { return o.level; },
                          {.domain = method::Range{0, kMostLevels - 1},
                           .help = "level of detail: pencils of level n, and with a fraction also of n + 1"}),
+      row<RenderOptions>("mip", [](auto& o) -> auto& { return o.mip; },
+                         {.domain = method::Range{0, 10},
+                          .help = "positional detail: the finest mip level of the images that is shown"}),
       row<RenderOptions>("interpolated", [](auto& o) -> auto& { return o.interpolated; },
                          {.paper = method::kOff,
                           .sweep = words({method::kOn, method::kOff}),
@@ -121,7 +125,7 @@ struct OpenSpherical {
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
             const Progress& progress, method::FrameLayers& layers) {
-    const Look look{options.level.value_or(finest()), 0, options.depth, options.interpolated};
+    const Look look{options.level.value_or(finest()), options.mip, options.depth, options.interpolated};
     isInTime ? drawInTime(camera, look, layers) : drawWhole(camera, look, progress, layers);
     const bool isDepthAsked = lightfield::isAsked(aovs, "depth");
     const gl::Stopwatch reading;

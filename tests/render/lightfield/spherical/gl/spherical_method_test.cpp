@@ -88,6 +88,29 @@ TEST_F(SphericalMethodTest, KnobsChangeThePixelsAndTheIdentity) {
     EXPECT_THROW(renderer->set(setting), Error);
 }
 
+// Mean square of the differences between neighbouring pixels in a row.
+double roughness(const image::Image& picture) {
+  double sum = 0;
+  for (size_t i = 4; i < picture.values.size(); ++i)
+    sum += std::pow(double{picture.values[i]} - picture.values[i - 4], 2);
+  return sum / static_cast<double>(picture.values.size());
+}
+
+TEST_F(SphericalMethodTest, CoarserMipLevelsAreSmoother) {
+  const auto renderer = opened();
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const image::Image full = renderer->render(scene).color;
+  double before = roughness(full);
+  renderer->set({{"mip", method::Value(0)}});
+  EXPECT_EQ(renderer->render(scene).color.values, full.values);
+  for (const int mip : {1, 2, 3}) {
+    renderer->set({{"mip", method::Value(mip)}});
+    const double now = roughness(renderer->render(scene).color);
+    EXPECT_LT(now, before) << mip;
+    before = now;
+  }
+}
+
 TEST_F(SphericalMethodTest, BudgetsThatAreTooSmallAreRefused) {
   EXPECT_THROW(opened({{"cache_mb", 0}}), Error);
   EXPECT_THROW(OpenFlight(*folder_ / "field", {0, images(100)}, {}), Error);
