@@ -14,8 +14,8 @@ namespace surflect::warp {
 
 namespace {
 
-// Tangents by Eq. 6, for warps without an exact Jacobian. Rest frames are rotations, so n0 = u0 x v0, and the
-// determinant of the three derivatives is that of J.
+// Tangents by central differences [Weyrich 2005, Eq. 6], for warps without an exact Jacobian. Rest frames are
+// rotations, so n0 = u0 x v0, and the determinant of the three derivatives is that of J.
 void carryByDifferences(const Warp& warp, double epsilon, WarpBatch& b) {
   for (int i = 0; i < b.count; ++i) {
     const Vec3<double> x(b.x[i], b.y[i], b.z[i]);

@@ -1,4 +1,5 @@
-// Applies a warp to a surfel cloud or to a mesh.
+// Applies a warp to a surfel cloud or to a mesh; tangents by its Jacobian, or by central differences
+// [Weyrich 2005, Eq. 6] (warp.h).
 #pragma once
 
 #include "surfel/base/time.h"
@@ -19,10 +20,10 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
 // Mesh with deformed vertices. The mesh must be fine enough for the warp.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 
-// Step of Eq. 6 for a cloud. With M the largest coordinate, rounding of Psi costs e M / epsilon (e = 2^-53),
-// and truncation about epsilon^2 / (6 l^2) for a warp with features of size l. The sum is least at epsilon =
-// (3 e M l^2)^(1/3). l is assumed to be 1/16 of the bounding box's diagonal, M/16 for a cloud without extent,
-// and 1/16 for one at the origin.
+// Step of the central differences for a cloud. With M the largest coordinate, rounding of Psi costs e M /
+// epsilon (e = 2^-53), and truncation about epsilon^2 / (6 l^2) for a warp with features of size l. The sum
+// is least at epsilon = (3 e M l^2)^(1/3). l is assumed to be 1/16 of the bounding box's diagonal, M/16 for a
+// cloud without extent, and 1/16 for one at the origin.
 double differenceStep(const SurfelCloud& cloud);
 
 } // namespace surflect::warp

@@ -1,4 +1,5 @@
-// A warp at one instant: a map of space to itself, with its Jacobian.
+// A warp at one instant: a map of space to itself, with its Jacobian or central differences
+// [Weyrich 2005, Eq. 6].
 //
 // [Weyrich 2005] Weyrich, Pfister, Gross: Rendering Deformable Surface Reflectance Fields, TVCG 11(1).
 // Symbols: Psi the warp; x a point before it; J = dPsi/dx its Jacobian, columns dPsi/dx, dPsi/dy, dPsi/dz.

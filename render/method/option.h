@@ -1,5 +1,6 @@
 // Options of a method: one row says everything about an option, and flags, help, settings to sweep, presets,
-// the identity of frames and the tables of docs/ all come from the rows.
+// the identity of frames and the tables of docs/ all come from the rows. They stand in buildRows() and
+// renderRows() of each method's NAME_method.cpp (docs/adding.md).
 #pragma once
 
 #include <map>

@@ -1,6 +1,5 @@
-// Tubes along curves, fur, and grids of triangles.
-//
-// Smooth curves through points, and frames along them.
+// Smooth curves through points, and what is made along them: frames, tubes, braids, fur, and grids of
+// triangles.
 //
 // [Wang 2008] Wang, Juettler, Zheng, Liu: Computation of rotation minimizing frames. ACM TOG 27(1), 2008.
 #pragma once

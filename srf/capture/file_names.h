@@ -1,4 +1,4 @@
-// Files whose names differ from the written ones as file systems and programs let them differ.
+// Finds files whose names differ from the written ones only in letter case, accents or extension.
 #pragma once
 
 #include <filesystem>

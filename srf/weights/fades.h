@@ -8,11 +8,13 @@
 //
 // Symbols: d_i density of view i, in pixels on a unit of area that faces it, f_x, f_y focal lengths in
 // pixels, r distance; s_i visibility weight without this fade; d* density of the best view. Buehler adds a
-// penalty for resolution [Buehler 2001, §4]; as a factor of s_i, it costs no time when rendering, and under
-// ULR a view that is met keeps its weight. Views of up to 1.4 times the distance of the best one do not fade.
+// penalty for resolution [Buehler 2001, §4]. Here resolution is a factor of s_i instead, which costs no time
+// when rendering; under ULR, a viewer in the direction of a captured view still gets that view alone. Views
+// of up to 1.4 times the distance of the best one do not fade.
 //
 // Extrapolation: ULR uses the nearest captured lights at any distance [Weyrich 2005, §5.2]. If the rig covers
-// only a cone or a dome, all other light of an environment gathers on the rim; it can be faded out instead.
+// only a cone or a dome, all light of an environment from outside of it is given to the lights on the rim;
+// that light can be faded out instead.
 //
 // [Buehler 2001] Buehler, Bosse, McMillan, Gortler, Cohen: Unstructured Lumigraph Rendering, SIGGRAPH.
 #pragma once

@@ -5,9 +5,9 @@
 //
 // Symbols: p' penalty of a view in whose image the surfel projects; p = 1 - cos of the view's angle to the
 // requested direction; s the view's visibility weight at the surfel (visibility_weights.h), b the factor of s
-// that falls towards the image's border. g is 1 at the horizon, where the surface turns away from the view; g
-// falls as the surfel turns further away, and is also below 1 if the surfel faces the view but is hidden. d
-// and e are constants; e is large enough for a gradual change as s falls to 0.
+// that falls towards the image's border. g favours views near the horizon: it is 1 where the surfel is just
+// turning away, falls as the surfel turns further, and is below 1 for a surfel that faces the view but is
+// hidden. d and e are constants; e is large enough for a gradual change as s falls to 0.
 #pragma once
 
 #include "srf/weights/fades.h"

@@ -15,8 +15,9 @@
 // [Weyrich 2005, §5.2] shows the shadow line of every blended light, instead of a single one where the
 // requested light has it. If cross-validation of the photographs favours it, a blend is multiplied by the
 // cosine of the requested light over the mean cosine of the blended ones: the ratio estimator [Cochran 1977,
-// §6.1], with the cosine as auxiliary variable. A matte surface is then exact up to the residual e, for any
-// weights, while f is at most 2. No single photograph is divided by its cosine, so noise is not amplified.
+// §6.1], with the cosine as auxiliary variable. A matte surface is then exact up to the residual e,
+// whatever the weights, as long as f does not reach its cap of 2. No single photograph is divided by its
+// cosine, so noise is not amplified.
 //
 // [Cochran 1977] Cochran: Sampling Techniques, 3rd edition.
 #pragma once

@@ -3,13 +3,14 @@
 // Unstructured lumigraph weights [Weyrich 2005, §5.2] form a mean. The mean direction of the blended lights
 // differs from the requested direction l, and the result barely changes near a captured light. Matte surfaces
 // show this error, as their radiance is linear in the direction. Where cross-validation favours it, the
-// weights therefore fit a plane: moving least squares of degree one [Lancaster 1981] in the tangent plane of
-// the sphere of directions at l, over radiance divided by the cosine between captured and requested light.
+// weights are those of a linear fit instead, moving least squares of degree one [Lancaster 1981]: radiance,
+// divided by the cosine between captured and requested light, is fitted as a linear function on the tangent
+// plane of the sphere of directions at l.
 //
-// With a plane, the blended lights have the vector irradiance of the requested one, sum w_i l_i = l: a matte
-// surface outside of shadows comes out exact. The weights sum to about 1 / cos of the angle between blended
-// and requested lights, 1.06 at 20 degrees and 1.15 at 30; surfaces that are equally bright under all lights
-// come out brighter by this factor.
+// With a linear fit, the blended lights have the vector irradiance of the requested one, sum w_i l_i = l: a
+// matte surface outside of shadows comes out exact. The weights sum to about 1 / cos of the angle between
+// blended and requested lights, 1.06 at 20 degrees and 1.15 at 30; surfaces that are equally bright under all
+// lights come out brighter by this factor.
 //
 // The slope is damped by a ridge of a tenth of the lights' spread, so that no weight grows large where lights
 // lie nearly in a line.

@@ -3,9 +3,9 @@
 // direction of a and a viewer in the direction of b.
 //
 // The pixel of an exchanged pair holds the cosine of b, which foreshortening (irradiance_ratio.h) replaces by
-// that of the requested light; without foreshortening there is no reciprocity. An exchanged pair shows a lit
-// surfel: its confidence falls with the cosine of b, and with the shadow states under b and under the
-// requested light.
+// that of the requested light; without foreshortening there is no reciprocity. An exchanged pair
+// answers for a lit surfel only: confidence in the pair falls as the cosine of b does, and the more the
+// surfel is in shadow under b or under the requested light.
 //
 // [Helmholtz 1867] Helmholtz: Handbuch der physiologischen Optik.
 #pragma once

@@ -60,7 +60,8 @@ MemoryUse memoryUse();
 // space says so.
 uint64_t availableMemory();
 
-// Throws Error if `bytes` are more than availableMemory(): "needs 97.0 GiB for WHAT, and 24.0 GiB are there".
+// Throws Error if `bytes` are more than availableMemory(): "needs 97.0 GiB for WHAT, but this process may
+// use 24.0 GiB at most".
 void requireMemory(double bytes, const std::string& what);
 
 // Returns memory that was freed to the system, and resets the peak.

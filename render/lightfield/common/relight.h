@@ -1,5 +1,5 @@
-// Views under other light, as the exact sum of each view's photographs under single lights (OLAT): a capture
-// under fixed light of any reflectance-field capture. [Weyrich 2005, Fig. 2]
+// Relights a capture: turns the photographs of each view under single lights (OLAT) into one picture under
+// other light, as their weighted sum. The result is a capture under fixed light.  [Weyrich 2005, Fig. 2]
 #pragma once
 
 #include "render/scene/scene.h"

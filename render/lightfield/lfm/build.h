@@ -1,4 +1,4 @@
-// Builds light field maps from views under fixed light.  [Chen et al. 2002, §2, §5]
+// Builds light field maps from views under fixed light.  [Chen 2002, §2, §5]
 #pragma once
 
 #include "render/lightfield/common/views.h"

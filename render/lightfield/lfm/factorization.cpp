@@ -102,7 +102,7 @@ void projectUnobserved(const LightFieldMatrix& matrix, const Observed& observed,
 namespace {
 
 // Divides the scale of each term between its maps so that their largest absolute values are equal.
-// [Chen et al. 2002, Appendix]: alpha = sqrt(max_u lambda / max_v), u <- lambda u / alpha, v <- alpha v; here
+// [Chen 2002, Appendix]: alpha = sqrt(max_u lambda / max_v), u <- lambda u / alpha, v <- alpha v; here
 // lambda is in U already.
 void balance(PlainFactors& factors) {
   const auto largest = [](const PaddedRows<float>& columns, size_t k) {

@@ -1,6 +1,6 @@
 // Factorisation of vertex light field matrices into surface maps and view maps.
 //
-// [Chen et al. 2002, §2.2, Appendix]; symbols as in factors.h.
+// [Chen 2002, §2.2, Appendix]; symbols as in factors.h.
 //
 // PCA: the mean over cells of each row is taken out, the rest is a truncated singular value decomposition.
 // Terms are orthogonal, the strongest first, and progressive: the first k of K are those of k alone.
@@ -40,7 +40,7 @@ struct FactorizationOptions {
 
 // Factors of a matrix. There are fewer terms than asked for if the matrix has no more (a constant matrix has
 // none after its mean), up to rounding error. View maps and surface maps of a term have the same largest
-// absolute value [Chen et al. 2002, Appendix].
+// absolute value [Chen 2002, Appendix].
 //
 // Entries with a colour that is not finite are not observed. Rows and columns without an observed entry are
 // projected: their factors fit the values given there, with 0 for values that are not finite.

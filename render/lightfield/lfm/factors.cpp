@@ -12,7 +12,7 @@ namespace surflect::lfm {
 
 namespace {
 
-// mean + sum_k u_k v_k of a sample in all cells and channels  [Chen et al. 2002, Eq. 5].
+// mean + sum_k u_k v_k of a sample in all cells and channels  [Chen 2002, Eq. 5].
 void productOf(const Factors& factors, size_t terms, size_t sample, std::span<float> row) {
   for (size_t i = 0; i < row.size(); ++i)
     row[i] = factors.mean.empty() ? 0 : factors.mean[factors.channels * sample + i % factors.channels];

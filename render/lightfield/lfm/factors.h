@@ -1,11 +1,10 @@
-// Arranged matrices of radiance, and their factors.
+// Factors of a vertex light field, a sum of products of surface maps and view maps; and the arranged matrices
+// from which they are computed.
 //
-// Factors of a vertex light field: a sum of products of surface maps and view maps.
-//
-// [Chen et al. 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
+// [Chen 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
 // Hardware Rendering of Surface Light Fields.
 //
-//   F ~ mean + sum_k u_k v_k'   [Chen et al. 2002, Eq. 5]
+//   F ~ mean + sum_k u_k v_k'   [Chen 2002, Eq. 5]
 //   F    vertex light field matrix: radiance at surface samples (rows) in cells of view directions (columns)
 //   u_k  surface map: a number for each sample
 //   v_k  view map: a number for each cell and channel. There are three, RGB; or four, with a root of opacity

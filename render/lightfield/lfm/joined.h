@@ -1,4 +1,4 @@
-// Light field maps of several objects as those of one scene.  [Chen et al. 2002, Fig. 1]
+// Light field maps of several objects as those of one scene.  [Chen 2002, Fig. 1]
 #pragma once
 
 #include "render/lightfield/lfm/direction_disc.h"

@@ -1,12 +1,12 @@
 // Frames of light field maps by OpenGL.
 //
-// [Chen et al. 2002] as maps.h. After a depth prepass, Passes says how colours are drawn where depths are
+// [Chen 2002] as maps.h. After a depth prepass, Passes says how colours are drawn where depths are
 // equal:
 //
 //   - single: one pass with a loop over all terms
-//   - perTerm: a pass for the mean and for each term, added up in a float target [Chen et al. 2002, §3.1]
+//   - perTerm: a pass for the mean and for each term, added up in a float target [Chen 2002, §3.1]
 //   - clamped: a target of 8 bits, 0..1. One pass for the mean and for each positive term; two for a signed
-//     term M, which add max(M, 0) and subtract max(-M, 0) [Chen et al. 2002, §3.1]
+//     term M, which add max(M, 0) and subtract max(-M, 0) [Chen 2002, §3.1]
 //
 // The first two differ in the last bits of a float. Targets hold roots of radiance (root_radiance.h), which
 // are squared when they are read.

@@ -1,4 +1,4 @@
-// Light field maps as a method.  [Chen et al. 2002]
+// Light field maps as a method.  [Chen 2002]
 #pragma once
 
 #include "render/lightfield/lfm/joined.h"

@@ -21,7 +21,7 @@ namespace surflect::lfm {
 
 // Collections of tiles: layers of an array texture, each with columns x rows tiles.
 //
-// [Chen et al. 2002, §5.3] tiles light field maps of one size together, and draws triangle after triangle
+// [Chen 2002, §5.3] tiles light field maps of one size together, and draws triangle after triangle
 // without a change of textures. Array textures hold all collections of one size, of all terms.
 struct Tiling {
   TileShape tile;

@@ -91,7 +91,7 @@ MapTable scalarTable(const MapTable& packed, int samples);
 // Triangles and samples of light field maps that fit the photographs.
 
 // Pixels of a photograph per triangle: as many as a patch with 24 samples along an edge has samples.
-// [Chen et al. 2002, §6.1] has 314.
+// [Chen 2002, §6.1] has 314.
 inline constexpr double kPixelsPerTriangle = 300;
 
 struct Resolution {

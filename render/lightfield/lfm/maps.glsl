@@ -1,6 +1,6 @@
 // Sum of the mean and a range of approximation terms of light field maps: square roots of radiance, and of
 // opacity in maps of four channels.
-// [Chen et al. 2002, Eqs. 3, 6 and 7]
+// [Chen 2002, Eqs. 3, 6 and 7]
 layout(binding = 0) uniform sampler2DArray surfaceMaps;
 layout(binding = 1) uniform sampler2DArray viewMaps;
 layout(binding = 2) uniform sampler2DArray meanMaps;

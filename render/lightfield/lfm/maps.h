@@ -1,10 +1,10 @@
 // Light field maps: a surface light field as a sum of products of maps of places and maps of directions.
 //
-// [Chen et al. 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
+// [Chen 2002] Chen, Bouguet, Chu, Grzeszczuk: Light Field Mapping: Efficient Representation and
 // Hardware Rendering of Surface Light Fields.
 //
 //   root(p, d) = mean(p) + sum over terms k, over corners v of p's triangle, of s_vk hat_v(p) g_vk(p) h_vk(d)
-//                                                                      [Chen et al. 2002, Eqs. 3 and 6]
+//                                                                      [Chen 2002, Eqs. 3 and 6]
 //   hat  hat function of a corner: its barycentric coordinate. The paper stores hat g in one map, which no
 //        longer vanishes at the far edge once it is compressed
 //   g  surface map of a triangle and one of its corners: a number for each sample (rings.h)

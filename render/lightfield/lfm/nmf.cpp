@@ -28,7 +28,7 @@ PaddedRows<float> randomFactors(size_t rows, size_t terms, std::mt19937_64& rand
 
 // u_k <- u_k n_k / (G u)_k, kRepeats times, where G is given by its pairs. Factors whose denominator vanishes
 // become 0.
-// [Chen et al. 2002, Appendix: U_n]
+// [Chen 2002, Appendix: U_n]
 void update(float* u, const float* numerators, const float* pairs, size_t terms) {
   std::vector<float> denominators(terms);
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
@@ -96,7 +96,7 @@ public:
         }
   }
 
-  // [Chen et al. 2002, Appendix: U]
+  // [Chen 2002, Appendix: U]
   void updateSurface() {
     const PaddedRows<float> numerators = sums_.alongView(factors.view);
     const PaddedRows<float> pairs = sums_.viewPairs(factors.view, false);
@@ -104,7 +104,7 @@ public:
       update(factors.surface.row(i), numerators.row(i), pairs.row(pairs.rows() > 1 ? i : 0), terms());
   }
 
-  // [Chen et al. 2002, Appendix: V]; returns the weighted squared error.
+  // [Chen 2002, Appendix: V]; returns the weighted squared error.
   double updateView() {
     const PaddedRows<float> numerators = sums_.alongSurface(factors.surface);
     const PaddedRows<float> pairs = sums_.surfacePairs(factors.surface, {});
@@ -119,7 +119,7 @@ public:
     return std::max(0.0, squares);
   }
 
-  // Columns of U sum to 1  [Chen et al. 2002, Appendix]; V takes over the sum.
+  // Columns of U sum to 1  [Chen 2002, Appendix]; V takes over the sum.
   void normalise() {
     const std::vector<double> sums = columnSums(factors.surface);
     scale(factors.surface, sums, true);

@@ -42,7 +42,7 @@ std::vector<uint8_t> unorm8Of(std::span<const float> map, float scale);
 std::vector<float> decoded(std::span<const int8_t> codes, float scale);
 std::vector<float> decoded(std::span<const uint8_t> codes, float scale);
 
-// Light field maps as indices into codebooks.  [Chen et al. 2002, §4]
+// Light field maps as indices into codebooks.  [Chen 2002, §4]
 struct MapCodebookOptions {
   CodebookStart start = CodebookStart::split;
   double ratio = 10;     // maps per codeword, at least 1; 0: no bound

@@ -33,13 +33,13 @@ Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex
 // Mean root over view directions.
 Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place);
 
-// One approximation term: the sum over the triangle's corners of s hat g h.  [Chen et al. 2002, Eq. 6]
+// One approximation term: the sum over the triangle's corners of s hat g h.  [Chen 2002, Eq. 6]
 // points: the direction to the viewer as each corner has it.
 Channels termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
                    const std::array<DiscPoint, 3>& points);
 
 // Radiance in the unit direction d to the viewer, by the mean and the first `terms` terms.
-// [Chen et al. 2002, Eqs. 3 and 6]  A fourth channel is the square of its root as well.
+// [Chen 2002, Eqs. 3 and 6]  A fourth channel is the square of its root as well.
 Channels radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d, size_t terms);
 
 } // namespace surflect::lfm

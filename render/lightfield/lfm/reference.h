@@ -33,7 +33,7 @@ private:
 
 // Factorisation as the appendix has it, plainly, in double precision.
 //
-// [Chen et al. 2002, Appendix]; symbols as there: F is M x N, U is M x K, V is N x K.
+// [Chen 2002, Appendix]; symbols as there: F is M x N, U is M x K, V is N x K.
 struct ReferenceFactors {
   Eigen::MatrixXd u, v; // F ~ U V'
 };

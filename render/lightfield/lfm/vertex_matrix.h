@@ -1,5 +1,5 @@
 // Vertex light field matrices: square roots of the radiance around a vertex, resampled to a grid of surface
-// points and a grid of viewing directions, times the hat function of the vertex.
+// points and a grid of viewing directions (direction_disc.h), times the hat function of the vertex (rings.h).
 //
 // [Chen 2002, §2.1, §2.2, §5.2] Chen et al.: Light Field Mapping, SIGGRAPH.
 #pragma once

@@ -1,4 +1,4 @@
-// Builds an opacity light field from views with alpha.  [Vlasic et al. 2003, §3, §4.2]
+// Builds an opacity light field from views with alpha.  [Vlasic 2003, §3, §4.2]
 #pragma once
 
 #include "render/lightfield/common/views.h"

@@ -1,4 +1,4 @@
-// Builds opacity light field maps from views with alpha.  [Vlasic et al. 2003, §6.1]
+// Builds opacity light field maps from views with alpha.  [Vlasic 2003, §6.1]
 #pragma once
 
 #include "render/lightfield/common/views.h"

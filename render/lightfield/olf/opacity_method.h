@@ -1,5 +1,5 @@
 // Opacity light fields as methods: views blended by view-dependent texture mapping or by unstructured
-// lumigraph rendering, and light field maps of them.  [Vlasic et al. 2003]
+// lumigraph rendering, and light field maps of them.  [Vlasic 2003]
 #pragma once
 
 #include "render/method/method.h"

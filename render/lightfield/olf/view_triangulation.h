@@ -8,7 +8,8 @@
 // that the paper warns of; x is their mean direction. A stereographic projection around x keeps circles
 // circles, so the planar Delaunay triangles of the projected C_i are the spherical ones, and x is inside
 // their convex hull. In both cases d has the weights with d ~ w_a C_a + w_b C_b + w_c C_c in a triangle. A d
-// outside of all triangles blends the two views of the border edge between d and x (Figure 2b).
+// outside of all triangles lies in a cell of the hemisphere between x and a border edge, and blends the two
+// views of that edge  [Vlasic 2003, Fig. 2b].
 //
 // The triangle of d is found by a walk across edges. The paper starts it from the last triangle; frames would
 // then depend on those before, in their last bits. Here each cell of a grid over the projection has a

@@ -1,4 +1,5 @@
 #version 450 core
+// Region stage of a pass: the texture, which blending multiplies by that alpha.  [Azuma 1999, §2.3]
 #include "texel.glsl"
 uniform float slot;
 in vec2 placeTexels;

@@ -62,11 +62,11 @@ RegionTextures resample(const Observations& observations, int width, const Direc
 // Texel of a radiance, which is clamped to the range of half floats.
 Texel texelOf(const Vec3<float>& radiance, bool isObserved);
 
-// Sample directions of one region, spent where its radiance bends over direction.
-// Leaves out those directions of a fine mesh whose textures the hat functions of the kept directions
-// reproduce. Error of a direction: root mean square, over texels observed in that direction and over
-// channels, of the difference in radiance. Directions are added to the octahedron's six, always the one with
-// the largest error, until no error exceeds the tolerance.
+// Choice of a region's sample directions: more where radiance changes faster with direction. A direction of a
+// fine mesh is left out if the hat functions of the kept directions reproduce its texture. Error of a
+// direction: root mean square, over texels observed in that direction and over channels, of the difference in
+// radiance. Directions are added to the octahedron's six, always the one with the largest error, until no
+// error exceeds the tolerance.
 
 // Radiance of up to kJudgedTexels seen texels of a region, spread evenly, in each fine direction.
 struct DirectionalRadiance {

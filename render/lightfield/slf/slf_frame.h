@@ -1,4 +1,5 @@
-// Frames of a surface light field by OpenGL in many passes.
+// Frames of a surface light field by OpenGL, composited in two stages for each pass: basis into alpha, then
+// region.
 //
 // [Azuma 1999] Azuma: Interactive Rendering of Surface Light Fields.
 //   B'_i   hat function of sample direction r_i, turned around: a function of ray directions

@@ -1,4 +1,4 @@
-// Spherical light fields as a method.  [Domingo et al. 2007]
+// Spherical light fields as a method.  [Domingo 2007]
 #pragma once
 
 #include "render/lightfield/spherical/build.h"
