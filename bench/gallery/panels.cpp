@@ -1,6 +1,6 @@
 #include "bench/gallery/figures.h"
 
-#include "render/evaluation/contact_sheet.h"
+#include "render/evaluation/label.h"
 #include "render/film/frame_file.h"
 #include "srf/image/color.h"
 #include "srf/image/exr.h"

@@ -19,16 +19,6 @@
 
 namespace surflect::evaluation {
 
-// Short texts on images, in a bitmap font of 5 x 8 pixels.
-
-// Size of a character at scale 1, including the space to its neighbours.
-inline constexpr int kLabelAdvance = 6, kLabelHeight = 8; // pixels
-
-// Draws text with its upper left corner at (x, y), magnified by `scale`; parts outside the image are clipped.
-// Characters other than printable ASCII become a box. The image has three channels in the encoding of
-// `color`. Returns the x at which further text would begin.
-int drawLabel(image::Image& image, int x, int y, std::string_view text, Rgb color, int scale);
-
 // Overlay of geometry on the photographs that it must fit: outlines, and the same view of the geometry as a
 // white Lambert surface under the stated light. Shows a wrong axis, unit or light at a glance.
 

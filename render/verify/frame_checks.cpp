@@ -1,6 +1,6 @@
 #include "render/verify/frame_checks.h"
 
-#include "render/evaluation/contact_sheet.h"
+#include "render/evaluation/label.h"
 #include "render/evaluation/measure.h"
 #include "render/surfels/aovs.h"
 #include "render/surfels/cast_shadows.h"

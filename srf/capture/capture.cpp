@@ -382,11 +382,7 @@ std::optional<fs::path> CaptureFiles::pictureCalled(const fs::path& path) const 
 
 std::string CaptureFiles::similarTo(const fs::path& path) const {
   const auto similar = path.is_absolute() ? std::nullopt : similarFile(folder_, path);
-  if (!similar) return "";
-  return foldedName(similar->string()) == foldedName(path.string()) &&
-                 lowerCase(similar->string()) != lowerCase(path.string())
-             ? " (" + similar->string() + " is there, whose accents are written otherwise)"
-             : " (" + similar->string() + " is there, in other letter case)";
+  return similar ? " (" + similar->string() + " is there: letter case or accents differ)" : "";
 }
 
 image::PictureSize CaptureFiles::sizeOf(const fs::path& picture) {

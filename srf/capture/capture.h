@@ -128,7 +128,8 @@ public:
   image::PictureSize sizeOf(const std::filesystem::path& picture);
   // The only picture of this name with an extension.
   std::optional<std::filesystem::path> pictureCalled(const std::filesystem::path& path) const;
-  // " (images/a.png is there, in other letter case)", about a path without file; empty if no file is like it.
+  // " (images/a.png is there: letter case or accents differ)", about a path without file; empty if no file is
+  // like it.
   std::string similarTo(const std::filesystem::path& path) const;
 
   // Suffix of messages about a path that leaves the folder.

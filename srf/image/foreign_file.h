@@ -36,7 +36,7 @@ std::optional<ColorStatement> exifColorStatement(std::string_view jpeg);
 // ICC profile of a WebP file; empty if there is none.
 std::string_view webpProfile(std::string_view file);
 
-// What is wrong with compressed pixels that decoders fill up without a complaint; empty: nothing. A JPEG must
+// Damage of compressed pixels that decoders fill up without a complaint; empty if there is none. A JPEG must
 // reach its end marker. In a WebP, 64 zero bytes in a row are a lost part: no encoder writes so many.
 std::string jpegDamage(std::string_view file);
 std::string webpDamage(std::string_view file);

@@ -300,7 +300,7 @@ PngPicture readPng(const std::filesystem::path& path) {
 
 namespace {
 
-// What a file is that is no PNG, by its first bytes: ", but a JPEG"; empty if it is unknown.
+// Format of a file that is not a PNG, by its first bytes: ", but a JPEG"; empty if it is unknown.
 std::string kindOf(std::string_view start) {
   using namespace std::string_view_literals;
   constexpr std::array<std::pair<std::string_view, const char*>, 8> kKinds{{{"\xff\xd8\xff"sv, "JPEG"},

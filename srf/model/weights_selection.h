@@ -1,4 +1,4 @@
-// What a pack decides by leaving photographs out: how light weights blend, and which interpolation.
+// Selections of a pack by leaving photographs out: how light weights blend, and which interpolation.
 #pragma once
 
 #include "srf/model/model.h"

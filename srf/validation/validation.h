@@ -1,5 +1,6 @@
 // Finds common mistakes in a capture and its mesh, from its numbers and photographs. Each check looks for one
-// kind, and finds nothing in a correct capture.
+// kind, and finds nothing in a correct capture. Captures have the lights alone that their frames name, as
+// capture::subset() leaves them: none under fixed light.
 #pragma once
 
 #include "srf/capture/capture.h"

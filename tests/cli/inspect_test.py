@@ -131,6 +131,14 @@ class Findings(TestInFolder):
     def test_the_vase_is_as_it_should_be(self):
         self.assertEqual(self.findings_where(lambda description: None), [])
 
+    def test_lights_that_no_frame_names_do_not_make_a_lit_capture(self):
+        def unlight(description):
+            description["frames"] = [frame for frame in description["frames"] if frame["light"] == "L05"]
+            for frame in description["frames"]:
+                del frame["light"]
+
+        self.assertEqual(self.findings_where(unlight), [])
+
     def test_a_camera_that_looks_away_is_found(self):
         def turn(description):
             for frame in description["frames"]:

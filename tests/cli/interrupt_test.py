@@ -4,6 +4,7 @@ import array
 import math
 import os
 import random
+import re
 import signal
 import subprocess
 import time
@@ -62,6 +63,25 @@ def interrupt_after(seconds, signal_number, *arguments):
     process.returncode = os.waitstatus_to_exitcode(status)
     process.stderr.close()
     return process.returncode, said, usage.ru_utime + usage.ru_stime - before
+
+
+class TimeLeft(TestInFolder):
+    def test_a_terminal_is_told_the_time_that_a_stage_will_take(self):
+        stage = self.folder / "stage.toml"
+        stage.write_text(SMALL_STAGE.replace("samples = 16", "samples = 4000"))
+        screen, end = os.openpty()
+        process = subprocess.Popen([SURFLECT, "capture", stage, "-o", self.folder / "capture"], stderr=end)
+        os.close(end)
+        shown = ""
+        try:
+            while not re.search(r"\d+ %, (\d+ h )?(\d+ min )?(\d+ s )?left", shown):
+                shown += os.read(screen, 4096).decode()
+        except OSError as error:  # the program has ended
+            self.fail(f"{error}: {shown[-300:]!r}")
+        finally:
+            process.kill()
+            process.wait()
+            os.close(screen)
 
 
 class Interrupt(TestInFolder):

@@ -180,7 +180,7 @@ std::optional<size_t> countOf(const method::Setting& setting, const char* name) 
 enum class Storage { plain, codebooks, blocks };
 constexpr double kBlockRounding = 0.02; // of radiance: drivers round S3TC blocks in their own ways
 
-void buildLfm(const lightfield::Views& views, const std::filesystem::path& folder, lfm::Method method,
+void buildLfm(const lightfield::Views& views, const std::filesystem::path& folder, lfm::Factorization method,
               Storage storage) {
   lfm::BuildReport report;
   lfm::LightFieldMaps maps =
@@ -344,7 +344,8 @@ std::vector<SubjectName> tinyLightFields(const std::filesystem::path& folder) {
     const Storage storage = object.name == "ball"  ? Storage::plain
                             : object.name == "odd" ? Storage::codebooks
                                                    : Storage::blocks;
-    for (const auto& [kind, method] : {std::pair("lfm", lfm::Method::pca), {"lfm by nmf", lfm::Method::nmf}})
+    for (const auto& [kind, method] :
+         {std::pair("lfm", lfm::Factorization::pca), {"lfm by nmf", lfm::Factorization::nmf}})
       for (const auto& [name, passes] :
            {std::pair("one pass", "single"), {"a pass a term", "per_term"}, {"clamped", "clamped"}})
         add(
@@ -365,12 +366,12 @@ std::vector<SubjectName> tinyLightFields(const std::filesystem::path& folder) {
 
     struct Opacity {
       const char* name;
-      olf::Method method;
+      olf::Blending method;
       olf::Domain domain;
     };
-    for (const Opacity& kind : {Opacity{"vdtm", olf::Method::vdtm, olf::Domain::sphere},
-                                {"vdtm in planes", olf::Method::vdtm, olf::Domain::plane},
-                                {"ulr", olf::Method::ulr, olf::Domain::sphere}})
+    for (const Opacity& kind : {Opacity{"vdtm", olf::Blending::vdtm, olf::Domain::sphere},
+                                {"vdtm in planes", olf::Blending::vdtm, olf::Domain::plane},
+                                {"ulr", olf::Blending::ulr, olf::Domain::sphere}})
       for (const olf::Order order : {olf::Order::list, olf::Order::peel, olf::Order::bsp})
         add(
             kind.name, olf::nameOf(order),

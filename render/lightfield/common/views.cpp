@@ -36,6 +36,8 @@ void requirePlainPinholes(const capture::Capture& capture) {
   }
 }
 
+} // namespace
+
 capture::Capture fixedLightCapture(const std::filesystem::path& folder, const ViewsOptions& options) {
   capture::Capture capture = capture::subset(capture::readCapture(folder, options.paths),
                                              [](const capture::Frame&) { return true; });
@@ -48,6 +50,8 @@ capture::Capture fixedLightCapture(const std::filesystem::path& folder, const Vi
   return capture;
 }
 
+namespace {
+
 capture::Capture trainingOf(const capture::Capture& capture) {
   capture::Capture training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
@@ -58,8 +62,11 @@ capture::Capture trainingOf(const capture::Capture& capture) {
 } // namespace
 
 Views::Views(const std::filesystem::path& folder, const ViewsOptions& options, const Progress& progress)
-    : capture_(fixedLightCapture(folder, options)),
-      geometry_(proxy::impostorOf(trainingOf(capture_), {.mesh = options.mesh}, progress)),
+    : Views(fixedLightCapture(folder, options), options.mesh, progress) {}
+
+Views::Views(capture::Capture capture, const std::filesystem::path& mesh, const Progress& progress)
+    : capture_(std::move(capture)),
+      geometry_(proxy::impostorOf(trainingOf(capture_), {.mesh = mesh}, progress)),
       rays_(std::make_unique<const RayCaster<AcquisitionSpace>>(geometry_.mesh, progress)) {}
 
 void Views::replaceMesh(TriangleMesh mesh, const Progress& progress) {
@@ -88,13 +95,14 @@ image::Image Views::read(size_t view, const Progress& progress) const {
 Views viewsOf(const method::BuildInput& input, const Progress& progress, bool plainPinholes) {
   requireCreatable(input.output);
   requireLightFieldFolder(input.output);
-  const ViewsOptions options{.mesh = input.mesh, .paths = input.paths, .plainPinholes = plainPinholes};
-  const capture::Capture training = trainingOf(fixedLightCapture(input.source, options));
+  capture::Capture capture =
+      fixedLightCapture(input.source, {.paths = input.paths, .plainPinholes = plainPinholes});
+  const capture::Capture training = trainingOf(capture);
   for (const std::string& note : training.notes) input.say(note);
   // All views: a builder gives each a larger share than surfels give one photograph of hundreds.
   const validation::CheckEffort effort{.lightsOfView = 1};
   validation::checkBeforeGeometry(training, effort, input.take, progress);
-  Views views(input.source, options, progress);
+  Views views(std::move(capture), input.mesh, progress);
   for (const std::string& note : views.geometry().notes) input.say(note);
   validation::checkGeometry(training, views.geometry(), effort, input.take, progress);
   return views;

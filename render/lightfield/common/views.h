@@ -24,6 +24,10 @@ struct ViewsOptions {
   bool plainPinholes = false; // refuses distorted and orthographic lenses
 };
 
+// Capture of a folder, with the lights that its frames name. Throws Error for several lights, and for a lens
+// that the options refuse; as readCapture() does.
+capture::Capture fixedLightCapture(const std::filesystem::path& folder, const ViewsOptions& options);
+
 // Views of a capture folder under fixed light or a single light: poses and mesh in memory, pictures on disk.
 class Views {
 public:
@@ -31,6 +35,8 @@ public:
   // refuse; as readCapture() and impostorOf() do; and Cancelled.
   explicit Views(const std::filesystem::path& folder, const ViewsOptions& options = {},
                  const Progress& progress = {});
+  // Views of a capture that fixedLightCapture() has read; `mesh` replaces its geometry, or is empty.
+  Views(capture::Capture capture, const std::filesystem::path& mesh, const Progress& progress);
 
   // Geometry by the training views, as pack makes it: a mesh file, repaired, or a visual hull.
   const proxy::Impostor& geometry() const { return geometry_; }

@@ -46,7 +46,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
                      const Progress& progress) {
   if (options.terms > kMostTerms)
     throw Error::mismatch("0.." + std::to_string(kMostTerms), std::to_string(options.terms)).at("terms");
-  if (options.terms == 0 && options.method == Method::nmf)
+  if (options.terms == 0 && options.method == Factorization::nmf)
     throw Error("found 0, expected at least 1 for nmf, which has no mean").at("terms");
   const PatchGrid patch(options.samples);
   const ViewGrid grid(options.viewSize);
@@ -54,7 +54,8 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   Stopwatch stopwatch;
   const Rings rings(views.mesh(), progress);
   const MapSizes sizes{options.samples, options.viewSize, options.terms};
-  if (const size_t most = mostTerms(rings, sizes); options.method == Method::nmf && options.terms > most)
+  if (const size_t most = mostTerms(rings, sizes);
+      options.method == Factorization::nmf && options.terms > most)
     throw Error::mismatch(
         fmt::format("at most {}, the samples around a vertex or, if fewer, its directions times channels",
                     most),

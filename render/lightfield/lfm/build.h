@@ -16,7 +16,7 @@
 namespace surflect::lfm {
 
 struct BuildOptions {
-  Method method = Method::pca;
+  Factorization method = Factorization::pca;
   size_t terms = 3;     // of each vertex, at most
   double tolerance = 0; // RMS error, as in relativeErrors(), at which a vertex takes no more terms; 0: all
   int samples = 24;     // along a triangle's edge

@@ -135,7 +135,7 @@ void orient(PlainFactors& factors) {
 PlainFactors fitted(ArrangedMatrix matrix, size_t terms, const FactorizationOptions& options,
                     const Progress& progress) {
   const FitOptions fit{terms, options.mostIterations, options.convergence};
-  if (options.method == Method::nmf)
+  if (options.method == Factorization::nmf)
     return nonnegativeFactors(std::move(matrix), fit, options.seed, progress);
   return matrix.weights ? weightedComponents(std::move(matrix), fit, progress)
                         : principalComponents(std::move(matrix), terms);
@@ -164,7 +164,7 @@ Factors assembled(const PlainFactors& from, const LightFieldMatrix& matrix, cons
 // Factors of the observed samples and cells.
 Factors factorsOf(const LightFieldMatrix& matrix, const Observed& observed,
                   const FactorizationOptions& options, const Progress& progress) {
-  const size_t fewest = options.method == Method::nmf ? std::min<size_t>(1, options.terms) : 0;
+  const size_t fewest = options.method == Factorization::nmf ? std::min<size_t>(1, options.terms) : 0;
   ArrangedMatrix values = arranged(matrix, observed);
   for (size_t terms = options.tolerance > 0 ? fewest : options.terms;; ++terms) {
     const bool isLargest = terms == options.terms;
@@ -189,7 +189,7 @@ void requireNonnegative(const LightFieldMatrix& matrix) {
 Factors factorized(const LightFieldMatrix& matrix, const FactorizationOptions& options,
                    const Progress& progress) {
   const Observed observed = observedOf(matrix, options.leastWeight);
-  const bool isPositive = options.method == Method::nmf;
+  const bool isPositive = options.method == Factorization::nmf;
   if (isPositive) requireNonnegative(matrix);
   Factors result{matrix.samples, matrix.cells, {}, {}, matrix.channels};
   if (!observed.samples.empty())

@@ -29,7 +29,7 @@ void projectUnobserved(const LightFieldMatrix& matrix, const Observed& observed,
                        Factors& factors);
 
 struct FactorizationOptions {
-  Method method = Method::pca;
+  Factorization method = Factorization::pca;
   size_t terms = 3;           // at most
   double tolerance = 0;       // RMS errorOf() at which no further terms are added; 0: always `terms`
   float leastWeight = 0;      // of every finite entry in the fit; errorOf() leaves out entries of weight 0

@@ -21,7 +21,7 @@
 
 namespace surflect::lfm {
 
-enum class Method {
+enum class Factorization {
   pca, // principal components: maps are signed, a mean is taken out
   nmf  // non-negative matrix factorisation: maps are positive, there is no mean
 };

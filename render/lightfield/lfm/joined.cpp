@@ -33,7 +33,7 @@ private:
   std::vector<size_t> firstMap_; // by model
 };
 
-const char* nameOf(Method method) { return method == Method::pca ? "pca" : "nmf"; }
+const char* nameOf(Factorization method) { return method == Factorization::pca ? "pca" : "nmf"; }
 const char* nameOf(SurfaceLayout layout) {
   return layout == SurfaceLayout::packed ? "without codebooks" : "with codebooks";
 }

@@ -66,7 +66,7 @@ void describeMaps(Archive& archive, LightFieldMaps& maps) {
   archive.magic(maps.channels == 4 ? "rgbamaps" : "lfm maps");
   archive.constant<uint64_t>("vertices", vertices);
   archive.constant<uint64_t>("triangles", triangles);
-  archive.choice<uint64_t>("method", maps.method, Method::nmf);
+  archive.choice<uint64_t>("method", maps.method, Factorization::nmf);
   archive.choice<uint64_t>("layout", maps.layout, SurfaceLayout::scalar);
   archive.number<uint64_t>("samples", maps.samples, {2, PatchGrid::kMostPerEdge});
   archive.number<uint64_t>("viewSize", maps.viewSize, {kLeastViewSize, kLargestViewSize});
@@ -84,7 +84,7 @@ void describeMaps(Archive& archive, LightFieldMaps& maps) {
     atField("view", [&] { describeTable(archive, term.view, vertices, viewShape(maps)); });
   });
   atField("mean", [&] {
-    describeTable(archive, maps.mean, maps.method == Method::pca ? triangles : 0, meanShape(maps));
+    describeTable(archive, maps.mean, maps.method == Factorization::pca ? triangles : 0, meanShape(maps));
   });
 }
 

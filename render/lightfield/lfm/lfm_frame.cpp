@@ -29,7 +29,7 @@ FrameRenderer::Targets::Targets(gl::Format format, int width, int height)
       framebuffer("light field maps", {{&color}}, {&depth}) {}
 
 FrameRenderer::FrameRenderer(const LightFieldMaps& maps, const gl::Limits& limits)
-    : isSigned_(maps.method == Method::pca), drawing_(maps, limits),
+    : isSigned_(maps.method == Factorization::pca), drawing_(maps, limits),
       depth_(kShaders, {"depth.vert", "depth.frag"}), maps_(kShaders, {"maps.vert", "maps.frag"}) {
   drawing_.setMaps(maps_);
 }

@@ -226,7 +226,7 @@ std::vector<Option> rowsOf(const LightFieldMaps& maps) {
   const size_t all = maps.terms.size();
   const float meanWhite = maps.meanWhite;
   std::ranges::find(rows, "white", &Option::name)->standard = meanWhite * meanWhite; // of a root
-  if (maps.method == Method::nmf) {
+  if (maps.method == Factorization::nmf) {
     rows.erase(terms);
     return rows;
   }

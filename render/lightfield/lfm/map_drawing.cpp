@@ -191,8 +191,8 @@ size_t sizeOf(const gl::Texture& texture) {
 } // namespace
 
 MapTextures::MapTextures(const LightFieldMaps& maps, const gl::Limits& limits)
-    : surface_(textureOf(surfaceSets(maps), surfaceShape(maps), maps.method == Method::pca, limits)),
-      view_(textureOf(viewSets(maps), viewShape(maps), maps.method == Method::pca, limits)),
+    : surface_(textureOf(surfaceSets(maps), surfaceShape(maps), maps.method == Factorization::pca, limits)),
+      view_(textureOf(viewSets(maps), viewShape(maps), maps.method == Factorization::pca, limits)),
       mean_(textureOf({&maps.mean.maps}, meanShape(maps), false, limits)), places_(placesOf(maps, limits)) {}
 
 size_t MapTextures::layers() const {
@@ -239,7 +239,7 @@ Eigen::Vector2f valueOf(Coding coding, bool isSigned) {
 
 MapDrawing::MapDrawing(const LightFieldMaps& maps, const gl::Limits& limits)
     : middle_(middleOfMesh(maps.mesh)), boxCentred_(boundsOf(maps.mesh.positions).translated(-middle_)),
-      isSigned_(maps.method == Method::pca), hasMean_(maps.mean.maps.count > 0),
+      isSigned_(maps.method == Factorization::pca), hasMean_(maps.mean.maps.count > 0),
       isPacked_(maps.layout == SurfaceLayout::packed), terms_(maps.terms.size()), samples_(maps.samples),
       viewSize_(maps.viewSize), meanWhite_(maps.meanWhite),
       surfaceCoding_(terms_ ? maps.terms[0].surface.maps.coding : Coding::bytes),

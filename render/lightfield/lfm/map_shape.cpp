@@ -43,8 +43,8 @@ MapTable withUsers(const MapTable& table, const MapShape& shape, const auto& isU
 
 } // namespace
 
-LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
-                         int viewSize, size_t terms, size_t channels) {
+LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Factorization method,
+                         int samples, int viewSize, size_t terms, size_t channels) {
   assert(frames.size() == mesh.positions.size());
   LightFieldMaps maps;
   maps.mesh = std::move(mesh);
@@ -57,7 +57,7 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Met
   for (size_t k = 0; k < terms; ++k)
     maps.terms.push_back({emptyTable(triangles, surfaceShape(maps)), emptyTable(vertices, viewShape(maps)),
                           std::vector<float>(vertices, 0)});
-  maps.mean = emptyTable(method == Method::pca ? triangles : 0, meanShape(maps));
+  maps.mean = emptyTable(method == Factorization::pca ? triangles : 0, meanShape(maps));
   return maps;
 }
 

@@ -67,8 +67,8 @@ inline MapShape meanShape(const LightFieldMaps& maps) {
 }
 
 // Value of a byte of a surface or view map; quantization.h has the inverse.
-inline double valueOf(Method method, uint8_t byte) {
-  return method == Method::pca ? std::max(static_cast<int8_t>(byte) / 127.0, -1.0) : byte / 255.0;
+inline double valueOf(Factorization method, uint8_t byte) {
+  return method == Factorization::pca ? std::max(static_cast<int8_t>(byte) / 127.0, -1.0) : byte / 255.0;
 }
 
 // Nearest byte of a mean map.
@@ -77,8 +77,8 @@ inline uint8_t meanByte(double root, double white) {
 }
 
 // Maps of coding `bytes`, all 0, with a map for each user.
-LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Method method, int samples,
-                         int viewSize, size_t terms, size_t channels = 3);
+LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Factorization method,
+                         int samples, int viewSize, size_t terms, size_t channels = 3);
 
 // Removes maps of vertices whose scale is 0, and last terms whose scales are all 0; radiance does not change.
 // Maps are packed and of coding `bytes`.

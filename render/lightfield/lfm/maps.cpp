@@ -102,7 +102,8 @@ void requireComplete(const LightFieldMaps& maps) {
       throw std::move(error).at("terms[" + text(k) + ']');
     }
   try {
-    requireTable(maps.mean, maps.method == Method::pca ? maps.mesh.triangles.size() : 0, meanShape(maps));
+    requireTable(maps.mean, maps.method == Factorization::pca ? maps.mesh.triangles.size() : 0,
+                 meanShape(maps));
   } catch (Error& error) {
     throw std::move(error).at("mean");
   }
@@ -115,8 +116,8 @@ namespace {
 // codes.
 constexpr double kBrightestMean = 2;
 
-std::vector<uint8_t> bytesOfMap(std::span<const float> map, float scale, Method method) {
-  if (method == Method::nmf) return unorm8Of(map, scale);
+std::vector<uint8_t> bytesOfMap(std::span<const float> map, float scale, Factorization method) {
+  if (method == Factorization::nmf) return unorm8Of(map, scale);
   const std::vector<int8_t> codes = snorm8Of(map, scale);
   return {codes.begin(), codes.end()};
 }
@@ -125,7 +126,7 @@ std::vector<uint8_t> bytesOfMap(std::span<const float> map, float scale, Method 
 
 MapStore::MapStore(LightFieldMaps empty, const Rings& rings)
     : maps_(std::move(empty)), rings_(rings), samples_(PatchGrid::samples(maps_.samples)) {
-  if (maps_.method == Method::pca)
+  if (maps_.method == Factorization::pca)
     meanShares_.assign(3 * maps_.channels * samples_ * maps_.mesh.triangles.size(), 0.f);
 }
 
@@ -185,7 +186,7 @@ void MapStore::storeMeans(double white) {
 }
 
 LightFieldMaps MapStore::maps(double white) && {
-  if (maps_.method == Method::pca) storeMeans(white);
+  if (maps_.method == Factorization::pca) storeMeans(white);
   return withoutZeros(std::move(maps_));
 }
 

@@ -71,7 +71,7 @@ struct LightFieldMaps {
   TriangleMesh mesh;               // vertices at one position are one vertex
   std::vector<VertexFrame> frames; // by vertex
   // PCA: bytes are int8_t, value max(byte / 127, -1). NMF: value byte / 255; there is no mean.
-  Method method = Method::pca;
+  Factorization method = Factorization::pca;
   SurfaceLayout layout = SurfaceLayout::packed;
   int samples = 24;    // along a triangle's edge
   int viewSize = 32;   // cells of a view map along each side

@@ -62,8 +62,8 @@ std::vector<float> decoded(std::span<const uint8_t> codes, float scale) {
 
 namespace {
 
-uint8_t byteOf(Method method, float value) {
-  return method == Method::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
+uint8_t byteOf(Factorization method, float value) {
+  return method == Factorization::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
 }
 
 // Weights of a map's bytes when maps are compared: for surface maps the hat function of corner 0; 1 for
@@ -90,7 +90,7 @@ std::vector<float> withoutWeights(std::span<const float> codeword, std::span<con
 }
 
 // Codebook for the maps of all users whose weight is above 0. `method` tells how bytes are read.
-MapTable codebookTable(const MapTable& table, const MapShape& shape, Method method,
+MapTable codebookTable(const MapTable& table, const MapShape& shape, Factorization method,
                        std::span<const float> weightOf, const MapCodebookOptions& options,
                        const Progress& progress) {
   assert(table.maps.coding == Coding::bytes);
@@ -142,7 +142,7 @@ LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOption
     term.view = codebookTable(term.view, viewShape(result), maps.method, viewWeights, options, progress);
   }
   if (options.means && !maps.mean.mapOf.empty())
-    result.mean = codebookTable(maps.mean, meanShape(result), Method::nmf,
+    result.mean = codebookTable(maps.mean, meanShape(result), Factorization::nmf,
                                 std::vector<float>(maps.mean.mapOf.size(), 1), options, progress);
   return result;
 }

@@ -145,7 +145,7 @@ namespace {
 
 // Calls change(maps, shape, isSigned) for all maps of a light field.
 void forMapSets(LightFieldMaps& maps, const auto& change) {
-  const bool isSigned = maps.method == Method::pca;
+  const bool isSigned = maps.method == Factorization::pca;
   for (Term& term : maps.terms) {
     change(term.surface.maps, surfaceShape(maps), isSigned);
     change(term.view.maps, viewShape(maps), isSigned);

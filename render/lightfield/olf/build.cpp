@@ -31,7 +31,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   field.visible =
       visibleViews(views, training, rings,
                    options.visible.value_or(report.isHull ? Visible::all : Visible::ring), progress);
-  if (field.method == Method::vdtm) requireTriangulable(field.visible);
+  if (field.method == Blending::vdtm) requireTriangulable(field.visible);
   lap("visibility");
   PackingReport packing;
   field.packed = packViews(views, training, options.budget, packing, progress);

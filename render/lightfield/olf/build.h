@@ -15,7 +15,7 @@
 namespace surflect::olf {
 
 struct BuildOptions {
-  Method method = Method::vdtm;
+  Blending method = Blending::vdtm;
   Domain domain = Domain::sphere;
   std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh
   Order order = Order::list;

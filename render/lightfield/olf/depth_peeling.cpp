@@ -1,6 +1,6 @@
 #include "render/lightfield/olf/depth_peeling.h"
 
-#include "render/lightfield/olf/peeled_picture.h"
+#include "render/lightfield/olf/frame_parts.h"
 
 #include <limits>
 

@@ -41,7 +41,7 @@ template <class Struct> method::Rows<Struct> meshRows() {
 }
 
 // How the closest views of a vertex are found and weighted.
-enum class Method {
+enum class Blending {
   vdtm, // view-dependent texture mapping: triangulated directions [Vlasic 2003, §4]
   ulr   // unstructured lumigraph rendering: nearest angles [Vlasic 2003, §5]
 };
@@ -87,7 +87,7 @@ struct PackedViews {
 };
 
 struct OpacityField {
-  Method method = Method::vdtm;
+  Blending method = Blending::vdtm;
   Domain domain = Domain::sphere; // of the triangulation
   Order order = Order::list;
   size_t bspTrees = 8; // random insertions of which the smallest tree is used

@@ -17,7 +17,7 @@ constexpr size_t kMostViews = 100000;
 
 // Numbers of the manifest. When they are read, the field has its mesh.
 void describeNumbers(lightfield::NumberArchive& archive, OpacityField& field) {
-  archive.number("method", field.method, {0, static_cast<double>(Method::ulr)});
+  archive.number("method", field.method, {0, static_cast<double>(Blending::ulr)});
   archive.number("domain", field.domain, {0, 1});
   archive.number("order", field.order, {0, static_cast<double>(Order::bsp)});
   archive.number("bsp_trees", field.bspTrees, {1, kMostTrees});

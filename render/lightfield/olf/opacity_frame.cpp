@@ -3,7 +3,7 @@
 #include "render/gl/context.h"
 #include "render/gl/draw.h"
 #include "render/gl/projection.h"
-#include "render/lightfield/olf/peeled_picture.h"
+#include "render/lightfield/olf/frame_parts.h"
 #include "render/lightfield/olf/shaders.h"
 #include "surfel/base/error.h"
 #include "surfel/math/bounds.h"

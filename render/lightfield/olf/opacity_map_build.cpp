@@ -190,7 +190,7 @@ OpacityMaps mapsOf(const OpacityField& field, const lfm::Rings& rings, const Map
   requireMemoryFor(rings, {options.samples, options.viewSize, options.terms, kMapChannels});
   const Resampling resampling{field, rings, patch, grid, whiteLevel(field.packed)};
   lfm::MapStore store(emptyMaps(weldedMesh(field.mesh, rings), framesOf(rings, field.mesh.positions.size()),
-                                lfm::Method::pca, options.samples, options.viewSize, options.terms,
+                                lfm::Factorization::pca, options.samples, options.viewSize, options.terms,
                                 kMapChannels),
                       rings);
   const std::span<const uint32_t> vertices = rings.vertices();

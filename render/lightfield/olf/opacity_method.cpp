@@ -30,12 +30,12 @@ struct BuildChoice {
   size_t budgetMb = 1024;
 };
 
-method::Rows<BuildChoice> buildRows(Method method) {
+method::Rows<BuildChoice> buildRows(Blending method) {
   method::Rows<BuildChoice> rows = meshRows<BuildChoice>();
   rows.push_back(row<BuildChoice>(
       "budget_mb", [](auto& o) -> auto& { return o.budgetMb; },
       {.domain = wholeRange(1, 1 << 20), .help = "MiB of the views; larger ones are scaled down"}));
-  if (method == Method::vdtm)
+  if (method == Blending::vdtm)
     rows.push_back(row<BuildChoice>(
         "domain", [](auto& o) -> auto& { return o.options.domain; },
         {.domain = words({"sphere", "plane"}),
@@ -44,7 +44,7 @@ method::Rows<BuildChoice> buildRows(Method method) {
   return rows;
 }
 
-method::BuildReport buildModel(Method method, const method::BuildInput& input, const Setting& setting,
+method::BuildReport buildModel(Blending method, const method::BuildInput& input, const Setting& setting,
                                const Progress& progress) {
   const Stopwatch watch;
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(method), setting);
@@ -164,7 +164,7 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   const auto& positions = opacity->folder.mesh().positions;
   lightfield::LightFieldRenderer::Parts parts = lightfield::partsOf(
       opacity, renderRows(),
-      {.method = (opacity->field.method == Method::vdtm ? vdtmMethod() : ulrMethod()).tag,
+      {.method = (opacity->field.method == Blending::vdtm ? vdtmMethod() : ulrMethod()).tag,
        .folder = path,
        .identity = fmt::format("opacity light field {} order {} trees {} {}", hex(opacity->folder.identity()),
                                nameOf(given.order), given.bspTrees, opacity->context->driver()),
@@ -175,8 +175,8 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
   return std::make_unique<lightfield::LightFieldRenderer>(std::move(parts), setting);
 }
 
-method::Method methodOf(Method method) {
-  const bool isVdtm = method == Method::vdtm;
+method::Method methodOf(Blending method) {
+  const bool isVdtm = method == Blending::vdtm;
   return {
       .tag = isVdtm ? "vdtm" : "ulr",
       .title = isVdtm ? "opacity light field by view-dependent texture mapping"
@@ -193,12 +193,12 @@ method::Method methodOf(Method method) {
 } // namespace
 
 const method::Method& vdtmMethod() {
-  static const method::Method kMethod = methodOf(Method::vdtm);
+  static const method::Method kMethod = methodOf(Blending::vdtm);
   return kMethod;
 }
 
 const method::Method& ulrMethod() {
-  static const method::Method kMethod = methodOf(Method::ulr);
+  static const method::Method kMethod = methodOf(Blending::ulr);
   return kMethod;
 }
 

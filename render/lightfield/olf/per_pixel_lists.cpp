@@ -1,6 +1,6 @@
 #include "render/lightfield/olf/per_pixel_lists.h"
 
-#include "render/lightfield/olf/peeled_picture.h"
+#include "render/lightfield/olf/frame_parts.h"
 #include "render/lightfield/olf/shaders.h"
 
 #include <cstddef>

@@ -9,7 +9,7 @@
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
-#include "render/lightfield/olf/peeled_picture.h"
+#include "render/lightfield/olf/frame_parts.h"
 
 #include <optional>
 #include <span>

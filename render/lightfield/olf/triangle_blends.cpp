@@ -51,7 +51,7 @@ ViewBlender::ViewBlender(const OpacityField& field, const Progress& progress) : 
   vertices_.assign(rings.vertices().begin(), rings.vertices().end());
   corners_.assign(rings.corners().begin(), rings.corners().end());
   for (const auto& camera : field.cameras) centers_.push_back(camera.center().raw());
-  const bool isTriangulated = field.method == Method::vdtm;
+  const bool isTriangulated = field.method == Blending::vdtm;
   if (isTriangulated) requireTriangulable(field.visible);
   const size_t vertices = field.mesh.positions.size();
   std::vector<std::optional<ViewTriangulation>> triangulations(isTriangulated ? vertices : 0);
@@ -82,7 +82,7 @@ ClosestViews ViewBlender::closest(uint32_t vertex, const Vec3<double>& viewer) c
   const Vec3<double> d =
       (viewer == p ? Vec3<double>(centers_[views[0]] - p) : Vec3<double>(viewer - p)).normalized();
   ClosestViews closest;
-  if (field_.method == Method::vdtm) {
+  if (field_.method == Blending::vdtm) {
     closest = triangulations_[vertex].at(d);
   } else {
     thread_local std::vector<double> penalties;

@@ -146,10 +146,10 @@ void FrameRenderer::setCamera(const capture::Camera<AcquisitionSpace>& camera, c
 
 // Draws of a plan in order. In the fused method as many direction triangles at once as the shader and a group
 // of slots hold.
-std::vector<FrameRenderer::Draw> FrameRenderer::drawsOf(const PassPlan& plan, Method method) const {
+std::vector<FrameRenderer::Draw> FrameRenderer::drawsOf(const PassPlan& plan, Stages method) const {
   std::vector<Draw> draws;
   for (const RegionPasses& passes : plan.regions) {
-    if (method == Method::twoStages) {
+    if (method == Stages::twoStages) {
       for (const uint32_t direction : passes.directions) draws.push_back({&passes, {direction}, {}});
       continue;
     }
@@ -181,7 +181,7 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   setCamera(camera, range); // refuses lenses that OpenGL does not have
 
   FrameOptions used = options;
-  if (used.basis == Basis::gouraud) used.method = Method::twoStages;
+  if (used.basis == Basis::gouraud) used.method = Stages::twoStages;
   FrameStats stats;
   const Stopwatch planning;
   const PassPlan plan = planner_.plan(camera, used.plan);
@@ -199,7 +199,7 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
 
   Targets& targets = targetsOf(camera.lens.width, camera.lens.height);
   const gl::Stopwatch drawing;
-  const bool twoTargets = used.observed && used.method == Method::twoStages;
+  const bool twoTargets = used.observed && used.method == Stages::twoStages;
   gl::Framebuffer& target = twoTargets ? targets.frameWithObserved : targets.frame;
   for (size_t attachment = 0; attachment < (twoTargets ? 2 : 1); ++attachment)
     target.clearColor(attachment, {0, 0, 0, 0});
@@ -259,7 +259,7 @@ void FrameRenderer::drawDepth(gl::Framebuffer& target) {
 
 void FrameRenderer::drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target,
                                const FrameOptions& options) {
-  if (options.method == Method::fused) return drawFused(placed, target);
+  if (options.method == Stages::fused) return drawFused(placed, target);
   if (options.basisStage) drawBasis(placed.draw, target, options);
   if (options.regionStage) drawRegion(placed, target);
 }
@@ -349,10 +349,10 @@ Frame FrameRenderer::read(const Targets& targets, const gl::DepthRange& range,
   frame.depth = targets.depth.read();
   if (options.observed) {
     frame.observed = image::Image(frame.color.width, frame.color.height, 1);
-    const image::Image source = options.method == Method::fused ? image::Image() : targets.observed.read();
+    const image::Image source = options.method == Stages::fused ? image::Image() : targets.observed.read();
     for (size_t i = 0; i < frame.observed.values.size(); ++i)
       frame.observed.values[i] =
-          options.method == Method::fused ? frame.color.values[4 * i + 3] : source.values[4 * i];
+          options.method == Stages::fused ? frame.color.values[4 * i + 3] : source.values[4 * i];
   }
   for (size_t i = 0; i < frame.depth.values.size(); ++i) {
     float& depth = frame.depth.values[i];

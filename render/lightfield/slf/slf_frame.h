@@ -73,7 +73,7 @@ private:
   std::vector<float> sureHats_;
 };
 
-enum class Method { fused, twoStages };
+enum class Stages { fused, twoStages };
 // Interpolation of hat functions; the fused method has the perspective one alone.
 enum class Basis {
   perspective, // exact
@@ -81,7 +81,7 @@ enum class Basis {
 };
 
 struct FrameOptions {
-  Method method = Method::fused;
+  Stages method = Stages::fused;
   Basis basis = Basis::perspective;
   PlanOptions plan = {};
   // The basis stage draws only triangles that the region's view may meet. Otherwise it draws all triangles at
@@ -139,7 +139,7 @@ private:
   };
 
   Targets& targetsOf(int width, int height);
-  std::vector<Draw> drawsOf(const PassPlan& plan, Method method) const;
+  std::vector<Draw> drawsOf(const PassPlan& plan, Stages method) const;
   void setCamera(const capture::Camera<AcquisitionSpace>& camera, const gl::DepthRange& range);
   void drawDepth(gl::Framebuffer& target);
   // Draws all passes in order, and returns the number of the mesh's triangles drawn.

@@ -88,7 +88,8 @@ TEST_F(WrongCapture, MissingFilesAreNamed) {
             "be left out)");
   json["frames"][1]["file_path"] = "Images/A.png";
   EXPECT_NE(
-      error(json).find("found none at Images/A.png (images/a.png is there, in other letter case), expected"),
+      error(json).find(
+          "found none at Images/A.png (images/a.png is there: letter case or accents differ), expected"),
       std::string::npos)
       << error(json);
   json = full();

@@ -348,7 +348,7 @@ TEST_F(ImageFile, PicturesThatEndEarlyAreRefusedThoughTheirReadersFillThemUp) {
   EXPECT_TRUE(isRefused(complaint("a.tif", tiff)));
   EXPECT_NE(complaint("a.ppm", "P6\n2 2\n255\n123").find("cannot read (the file ends before its picture)"),
             std::string::npos);
-  // Some cameras write a few bytes between the last pixel and the end.
+  // Bytes that cameras write between the last pixel and the end.
   writeBytes(folder / "b.jpg", jpeg.substr(0, jpeg.size() - 2) + "\0\0\0"s + jpeg.substr(jpeg.size() - 2));
   EXPECT_FLOAT_EQ(readPicture(folder / "b.jpg").image.at(13, 4)[0], 192.f / 255);
 }

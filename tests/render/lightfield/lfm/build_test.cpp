@@ -59,7 +59,7 @@ void forRadiance(const LightFieldMaps& maps, const auto& work) {
 }
 
 TEST(LfmBuild, AnObjectOfOneColourHasThatColourInAllDirections) {
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     const Built built(constant, {.method = method, .terms = 2, .samples = 5, .viewSize = 8});
     forRadiance(built.maps, [](const TrianglePlace&, const Vec3<double>&, const Vec3<double>& found) {
       EXPECT_NEAR(found[0], kColor.r, 0.02);
@@ -165,7 +165,7 @@ TEST(LfmBuild, OptionsOutOfRangeAreRefusedAndWorkIsCancelled) {
   BuildReport report;
   EXPECT_EQ(image::errorOf([&] { build(built.views, {.terms = 65}, report); }),
             "terms: found 65, expected 0..64");
-  EXPECT_EQ(image::errorOf([&] { build(built.views, {.method = Method::nmf, .terms = 0}, report); }),
+  EXPECT_EQ(image::errorOf([&] { build(built.views, {.method = Factorization::nmf, .terms = 0}, report); }),
             "terms: found 0, expected at least 1 for nmf, which has no mean");
   EXPECT_THROW(build(built.views, {.samples = 1}, report), Error);
   EXPECT_THROW(build(built.views, {.viewSize = 1}, report), Error);

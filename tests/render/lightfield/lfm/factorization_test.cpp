@@ -86,12 +86,12 @@ TEST(Factorization, AFourthChannelThatTheOthersGiveIsFittedAsTheyAre) {
       if (isColumns)
         for (size_t i = 0; i < four.weights.size(); ++i) four.weights[i] = i % four.cells > 20;
       const LightFieldMatrix matrix{four.samples, four.cells, four.radiance, four.weights, 4};
-      for (const Method method : {Method::pca, Method::nmf}) {
+      for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
         const Factors factors = factorized(matrix, {.method = method, .terms = 4});
         EXPECT_EQ(factors.channels, 4u);
         const std::vector<float> values = product(factors, 4);
         ASSERT_EQ(values.size(), four.radiance.size());
-        EXPECT_LT(errorOf(factors, 4, matrix).rms(), method == Method::pca ? 0.02 : 0.04);
+        EXPECT_LT(errorOf(factors, 4, matrix).rms(), method == Factorization::pca ? 0.02 : 0.04);
         double squares = 0, count = 0;
         for (size_t i = 0; i < values.size(); i += 4) {
           if (four.weights[i / 4] == 0) continue;
@@ -295,7 +295,7 @@ TEST(WeightedPca, FewExactObservationsAreSeldomExtrapolatedFar) {
 // All directions but a few were extrapolated wrongly.
 TEST(Factorization, TheToleranceIsJudgedByObservedEntries) {
   const GlossyMatrix full = small();
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     const FactorizationOptions options{.method = method, .terms = 8, .tolerance = 0.03, .leastWeight = 0.02f};
     GlossyMatrix matrix = full;
     matrix.weights.assign(matrix.samples * matrix.cells, 1);
@@ -316,7 +316,7 @@ TEST(Factorization, TheToleranceIsJudgedByObservedEntries) {
 
 TEST(Factorization, UnobservedSamplesAndCellsAreProjected) {
   const GlossyMatrix full = small();
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     GlossyMatrix matrix = full;
     matrix.weights.assign(matrix.samples * matrix.cells, 1);
     for (size_t i = 0; i < matrix.weights.size(); ++i)
@@ -341,7 +341,7 @@ TEST(Factorization, EntriesThatAreNotFiniteAreNotObserved) {
 }
 
 TEST(Factorization, NothingObservedOrAllBlackHasNoTerms) {
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     const std::vector<float> black(3 * 20 * 16, 0.0f), none(20 * 16, 0.0f);
     EXPECT_TRUE(factorized({20, 16, black, {}}, {.method = method}).terms.empty());
     const Factors unseen = factorized({20, 16, black, none}, {.method = method});
@@ -368,7 +368,7 @@ TEST(Factorization, RejectsWrongSizesWeightsAndNegativeRadiance) {
   EXPECT_EQ(problem({}), "weights[5]: found -2, expected a finite number >= 0");
   matrix.weights.clear();
   matrix.radiance[4] = -0.5f;
-  EXPECT_EQ(problem({.method = Method::nmf}), "radiance[4]: found -0.5, expected a number >= 0");
+  EXPECT_EQ(problem({.method = Factorization::nmf}), "radiance[4]: found -0.5, expected a number >= 0");
   EXPECT_EQ(problem({}), "");
   matrix.radiance.pop_back();
   EXPECT_EQ(problem({}), "radiance: found 23039, expected 23040 numbers");
@@ -378,8 +378,8 @@ TEST(Nmf, IsNonnegativeAndItsErrorNeverRises) {
   for (const GlossyMatrix& matrix : {small(), withHoles(0.3)}) {
     double before = std::numeric_limits<double>::infinity();
     for (const size_t iterations : {1u, 2u, 4u, 8u, 16u, 32u}) {
-      const Factors factors =
-          factorized(matrix.view(), {.method = Method::nmf, .mostIterations = iterations, .convergence = 0});
+      const Factors factors = factorized(
+          matrix.view(), {.method = Factorization::nmf, .mostIterations = iterations, .convergence = 0});
       EXPECT_TRUE(factors.mean.empty());
       for (const FactorTerm& term : factors.terms) {
         for (const float u : term.surface) EXPECT_GE(u, 0);
@@ -401,7 +401,7 @@ TEST(Nmf, IsAtLeastAsGoodAsTheUpdatesOfTheAppendix) {
   const double expected =
       std::sqrt((f - reference.u * reference.v.transpose()).squaredNorm() / static_cast<double>(f.size()));
   const FactorizationOptions options{
-      .method = Method::nmf, .terms = 3, .mostIterations = 100, .convergence = 1e-5};
+      .method = Factorization::nmf, .terms = 3, .mostIterations = 100, .convergence = 1e-5};
   EXPECT_LT(rms(matrix, options), 1.02 * expected);
   EXPECT_GT(rms(matrix, options), rms(matrix, {.terms = 2})) << "a mean and two terms of any sign fit better";
 }
@@ -410,7 +410,7 @@ TEST(Nmf, ZeroRowsAndColumnsStayZeroAndAConstantMatrixIsExact) {
   GlossyMatrix matrix = small();
   for (size_t i = 0; i < matrix.radiance.size(); ++i)
     if (i / (3 * matrix.cells) == 3 || i / 3 % matrix.cells == 5) matrix.radiance[i] = 0;
-  const Factors factors = factorized(matrix.view(), {.method = Method::nmf});
+  const Factors factors = factorized(matrix.view(), {.method = Factorization::nmf});
   const std::vector<float> radiance = product(factors, factors.terms.size());
   for (size_t i = 0; i < radiance.size(); ++i)
     if (i / (3 * matrix.cells) == 3 || i / 3 % matrix.cells == 5) {
@@ -418,13 +418,13 @@ TEST(Nmf, ZeroRowsAndColumnsStayZeroAndAConstantMatrixIsExact) {
     }
 
   const std::vector<float> grey(3 * 30 * 20, 0.4f);
-  const Factors constant = factorized({30, 20, grey, {}}, {.method = Method::nmf, .terms = 1});
+  const Factors constant = factorized({30, 20, grey, {}}, {.method = Factorization::nmf, .terms = 1});
   for (const float value : product(constant, 1)) EXPECT_NEAR(value, 0.4f, 1e-6);
 }
 
 TEST(Nmf, TakesFewerTermsWithinATolerance) {
   const GlossyMatrix matrix = small();
-  const FactorizationOptions options{.method = Method::nmf, .terms = 8, .tolerance = 0.03};
+  const FactorizationOptions options{.method = Factorization::nmf, .terms = 8, .tolerance = 0.03};
   const Factors factors = factorized(matrix.view(), options);
   EXPECT_LE(errorOf(factors, 8, matrix.view()).rms(), 0.03);
   EXPECT_LT(factors.terms.size(), 8u);

@@ -96,9 +96,10 @@ TEST(JoinedMaps, ModelsThatDoNotFitAreNamed) {
             "model[1].samples: found 7, expected 6");
   EXPECT_EQ(errorWith([](LightFieldMaps& maps) { maps = syntheticMaps(squarePatch(2), {.viewSize = 9}); }),
             "model[1].viewSize: found 9, expected 8");
-  EXPECT_EQ(
-      errorWith([](LightFieldMaps& maps) { maps = syntheticMaps(squarePatch(2), {.method = Method::nmf}); }),
-      "model[1].method: found nmf, expected pca");
+  EXPECT_EQ(errorWith([](LightFieldMaps& maps) {
+              maps = syntheticMaps(squarePatch(2), {.method = Factorization::nmf});
+            }),
+            "model[1].method: found nmf, expected pca");
   EXPECT_EQ(errorWith([](LightFieldMaps& maps) { maps = encoded(std::move(maps)); }),
             "model[1].coding: has S3TC blocks, expected bytes: encode the scene instead");
   EXPECT_EQ(errorWith([](LightFieldMaps& maps) {

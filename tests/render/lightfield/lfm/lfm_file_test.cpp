@@ -39,7 +39,7 @@ std::string errorWith(const std::function<void(LightFieldMaps&)>& change) {
 }
 
 TEST(LfmFile, ReadingReturnsWhatWasWritten) {
-  LightFieldMaps nmf = syntheticMaps(squarePatch(2), {.method = Method::nmf, .samples = 4});
+  LightFieldMaps nmf = syntheticMaps(squarePatch(2), {.method = Factorization::nmf, .samples = 4});
   for (Term& term : nmf.terms) term.surface = scalarTable(term.surface, nmf.samples);
   nmf.layout = SurfaceLayout::scalar;
   for (const LightFieldMaps& before :

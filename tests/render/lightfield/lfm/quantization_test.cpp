@@ -88,7 +88,7 @@ double rmsBetween(const LightFieldMaps& a, const LightFieldMaps& b) {
 }
 
 TEST(CodebookMaps, AsManyCodewordsAsMapsChangeNothing) {
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     LightFieldMaps maps = syntheticMaps(bumpySphere(4, 6), {.method = method});
     maps.terms[1].scale[3] = 0;
     const LightFieldMaps found = withCodebooks(maps, {.ratio = 1});

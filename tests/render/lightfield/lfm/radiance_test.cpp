@@ -68,7 +68,7 @@ TEST(PatchBlend, TurningThriceReturnsAndTurnsTheCorners) {
 }
 
 TEST(LightFieldMaps, AreContinuousAcrossEdgesForEveryNumberOfTerms) {
-  for (const Method method : {Method::pca, Method::nmf})
+  for (const Factorization method : {Factorization::pca, Factorization::nmf})
     for (const bool isScalar : {false, true}) {
       LightFieldMaps maps = syntheticMaps(bumpySphere(5, 7, 0.1), {.method = method, .samples = 5});
       if (isScalar) {
@@ -161,7 +161,7 @@ TEST(LightFieldMaps, LinearMapsAreReproduced) {
   const int n = 5, size = 16;
   TriangleMesh mesh = squarePatch(1);
   std::vector<VertexFrame> frames = framesOf(mesh);
-  LightFieldMaps maps = emptyMaps(std::move(mesh), std::move(frames), Method::pca, n, size, 1);
+  LightFieldMaps maps = emptyMaps(std::move(mesh), std::move(frames), Factorization::pca, n, size, 1);
   const PatchGrid grid(n);
   Term& term = maps.terms[0];
   for (size_t t = 0; t < 2; ++t)

@@ -19,7 +19,7 @@ using slf::testing::bumpySphere;
 using slf::testing::squarePatch;
 
 struct SyntheticOptions {
-  Method method = Method::pca;
+  Factorization method = Factorization::pca;
   int samples = 6, viewSize = 8;
   size_t terms = 3;
   unsigned seed = 1;
@@ -56,7 +56,7 @@ inline LightFieldMaps syntheticMaps(TriangleMesh mesh, const SyntheticOptions& o
   std::vector<VertexFrame> frames = framesOf(mesh);
   LightFieldMaps maps = emptyMaps(std::move(mesh), std::move(frames), options.method, options.samples,
                                   options.viewSize, options.terms, options.channels);
-  const bool isSigned = options.method == Method::pca;
+  const bool isSigned = options.method == Factorization::pca;
   const PatchGrid grid(options.samples);
   // Byte of a number 0..1: of -1..1 if signed.
   const auto byteOf = [&](double number) {

@@ -28,7 +28,7 @@ void paint(OpacityField& field, const auto& texelOf) {
 }
 
 OpacityField sphereField(int views = 30) {
-  return paintedField(lightfield::bumpySphere(0, 8), views, kTexels, Method::vdtm);
+  return paintedField(lightfield::bumpySphere(0, 8), views, kTexels, Blending::vdtm);
 }
 
 OpacityMaps built(const OpacityField& field, const MapBuildOptions& options = kOptions) {

@@ -34,7 +34,7 @@ inline float painted(size_t view, int x, int y, size_t channel) {
 }
 
 // Views around the object; those that face all triangles around a vertex are its visible views.
-inline OpacityField paintedField(TriangleMesh mesh, int views, int size, Method method,
+inline OpacityField paintedField(TriangleMesh mesh, int views, int size, Blending method,
                                  Domain domain = Domain::sphere) {
   OpacityField field;
   field.method = method, field.domain = domain;

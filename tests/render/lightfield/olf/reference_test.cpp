@@ -8,11 +8,11 @@
 namespace surflect::olf {
 namespace {
 
-class FromACamera : public ::testing::TestWithParam<std::pair<Method, Domain>> {};
+class FromACamera : public ::testing::TestWithParam<std::pair<Blending, Domain>> {};
 INSTANTIATE_TEST_SUITE_P(Reference, FromACamera,
-                         ::testing::Values(std::pair(Method::vdtm, Domain::sphere),
-                                           std::pair(Method::vdtm, Domain::plane),
-                                           std::pair(Method::ulr, Domain::sphere)));
+                         ::testing::Values(std::pair(Blending::vdtm, Domain::sphere),
+                                           std::pair(Blending::vdtm, Domain::plane),
+                                           std::pair(Blending::ulr, Domain::sphere)));
 
 // Epipole consistency, over pixels of triangles whose corners all hold the view.
 TEST_P(FromACamera, ItsPhotographComesBack) {
@@ -51,7 +51,7 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
 TEST(OpacityReference, LayersAreCompositedByTheirAlpha) {
   // Two parallel squares, which face +z; one view along z.
   OpacityField field;
-  field.method = Method::ulr;
+  field.method = Blending::ulr;
   for (const float z : {0.f, -0.5f})
     for (const auto& [x, y] : {std::pair(-0.5f, -0.47f), {0.53f, -0.5f}, {0.5f, 0.54f}, {-0.51f, 0.5f}})
       field.mesh.positions.emplace_back(x, y, z);

@@ -43,8 +43,8 @@ TEST(Combined, HoldsNineViews) {
   EXPECT_EQ(blend.count, 9u);
 }
 
-class Blends : public ::testing::TestWithParam<Method> {};
-INSTANTIATE_TEST_SUITE_P(ViewBlender, Blends, ::testing::Values(Method::vdtm, Method::ulr));
+class Blends : public ::testing::TestWithParam<Blending> {};
+INSTANTIATE_TEST_SUITE_P(ViewBlender, Blends, ::testing::Values(Blending::vdtm, Blending::ulr));
 
 TEST_P(Blends, SumToOneForAViewerAtAVertex) {
   const OpacityField field = paintedField(lightfield::bumpySphere(0, 10), 30, 8, GetParam());

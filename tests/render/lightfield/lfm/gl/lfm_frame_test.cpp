@@ -45,7 +45,7 @@ LightFieldMaps codebookMaps(LightFieldMaps maps) {
     shareMaps(term.surface);
     shareMaps(term.view);
   }
-  if (maps.method == Method::pca) shareMaps(maps.mean);
+  if (maps.method == Factorization::pca) shareMaps(maps.mean);
   return maps;
 }
 
@@ -97,7 +97,7 @@ size_t coverageErrors(const image::Image& a, const image::Image& b) {
 TEST_F(LfmFrameTest, AgreesWithTheReference) {
   const std::map<std::string, LightFieldMaps> models{
       {"pca", sphereMaps()},
-      {"nmf", sphereMaps({.method = Method::nmf, .seed = 2})},
+      {"nmf", sphereMaps({.method = Factorization::nmf, .seed = 2})},
       {"least sizes", sphereMaps({.samples = 2, .viewSize = 2, .terms = 1})},
       {"an open patch", syntheticMaps(squarePatch(3), {.samples = 9, .viewSize = 16})},
       {"scalar maps", scalarMaps(sphereMaps())},
@@ -139,7 +139,7 @@ TEST_F(LfmFrameTest, CodebooksAgreeWithTheReference) {
 }
 
 TEST_F(LfmFrameTest, CompressedTexturesAgreeWithTheReference) {
-  for (const Method method : {Method::pca, Method::nmf})
+  for (const Factorization method : {Factorization::pca, Factorization::nmf})
     for (const bool isScalar : {false, true}) {
       LightFieldMaps maps = darkened(sphereMaps({.method = method, .samples = 7}));
       if (isScalar) maps = scalarMaps(std::move(maps));
@@ -152,12 +152,12 @@ TEST_F(LfmFrameTest, CompressedTexturesAgreeWithTheReference) {
         const Camera camera = randomCamera(random, 80, 60);
         worst = std::min(worst, psnrOf(renderer.render(camera).color, reference.render(camera)));
       }
-      EXPECT_GT(worst, method == Method::pca ? 46 : 58);
+      EXPECT_GT(worst, method == Factorization::pca ? 46 : 58);
     }
 }
 
 TEST_F(LfmFrameTest, OnePassAndManyAgree) {
-  for (const Method method : {Method::pca, Method::nmf}) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
     const LightFieldMaps maps = sphereMaps({.method = method, .terms = 4});
     FrameRenderer renderer = rendererOf(maps);
     std::mt19937 random(3);
@@ -168,7 +168,7 @@ TEST_F(LfmFrameTest, OnePassAndManyAgree) {
       EXPECT_LT(largestDifference(single.color, many.color), 2e-6);
       EXPECT_EQ(single.depth.values, many.depth.values);
       EXPECT_EQ(single.stats.passes, 1u);
-      EXPECT_EQ(many.stats.passes, method == Method::pca ? 5u : 4u);
+      EXPECT_EQ(many.stats.passes, method == Factorization::pca ? 5u : 4u);
     }
   }
 }

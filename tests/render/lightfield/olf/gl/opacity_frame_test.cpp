@@ -30,7 +30,7 @@ protected:
 };
 
 TEST_F(OpacityFrameTest, AllOrdersShowTheReference) {
-  for (const Method method : {Method::vdtm, Method::ulr}) {
+  for (const Blending method : {Blending::vdtm, Blending::ulr}) {
     const OpacityField field = paintedField(rowOfSpheres(4), 40, kSize, method);
     const ViewBlender blender(field);
     std::vector<std::unique_ptr<OpacityFrame>> frames;
@@ -68,7 +68,7 @@ TEST_F(OpacityFrameTest, ListsGrowUntilAllFragmentsFit) {
     for (const auto& [a, b, c] : sphere.triangles)
       mesh.triangles.push_back({a + shift, b + shift, c + shift});
   }
-  const OpacityField field = paintedField(std::move(mesh), 20, kSize, Method::ulr);
+  const OpacityField field = paintedField(std::move(mesh), 20, kSize, Blending::ulr);
   const ViewBlender blender(field);
   OpacityFrame frame(field, Order::list);
   FrameCounts counts, again;
@@ -82,7 +82,7 @@ TEST_F(OpacityFrameTest, ListsGrowUntilAllFragmentsFit) {
 }
 
 TEST_F(OpacityFrameTest, PeelingStopsAtAnEmptyLayer) {
-  const OpacityField field = paintedField(lightfield::bumpySphere(0, 16), 30, kSize, Method::vdtm);
+  const OpacityField field = paintedField(lightfield::bumpySphere(0, 16), 30, kSize, Blending::vdtm);
   const ViewBlender blender(field);
   OpacityFrame frame(field, Order::peel);
   FrameCounts counts;
@@ -96,7 +96,7 @@ TEST_F(OpacityFrameTest, PeelingEndsForAViewerAtAVertex) {
   const Vec3<double> far(512, -256, 1024);
   for (auto& p : mesh.positions)
     p = assume<Point3<AcquisitionSpace>>(Vec3<double>(p.raw().cast<double>() + far));
-  const OpacityField field = paintedField(std::move(mesh), 20, 16, Method::ulr);
+  const OpacityField field = paintedField(std::move(mesh), 20, 16, Blending::ulr);
   const ViewBlender blender(field);
   OpacityFrame frame(field, Order::peel);
   std::mt19937 random(13);
@@ -121,7 +121,7 @@ TEST_F(OpacityFrameTest, EqualDepthsAreInTheOrderOfTheMesh) {
   const auto shift = static_cast<uint32_t>(mesh.triangles.size());
   const std::vector<std::array<uint32_t, 3>> once = mesh.triangles;
   mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
-  const OpacityField field = paintedField(std::move(mesh), 30, kSize, Method::ulr);
+  const OpacityField field = paintedField(std::move(mesh), 30, kSize, Blending::ulr);
   ASSERT_EQ(field.mesh.triangles.size(), 2 * shift);
   const ViewBlender blender(field);
   OpacityFrame frame(field, Order::list);
@@ -132,7 +132,7 @@ TEST_F(OpacityFrameTest, EqualDepthsAreInTheOrderOfTheMesh) {
 }
 
 TEST_F(OpacityFrameTest, TransparentViewsShowNothing) {
-  OpacityField field = paintedField(rowOfSpheres(2), 20, kSize, Method::vdtm);
+  OpacityField field = paintedField(rowOfSpheres(2), 20, kSize, Blending::vdtm);
   std::ranges::fill(field.packed.texels, Texel{});
   const ViewBlender blender(field);
   for (const Order order : kOrders) {
@@ -144,7 +144,7 @@ TEST_F(OpacityFrameTest, TransparentViewsShowNothing) {
 }
 
 TEST_F(OpacityFrameTest, CroppedAndScaledViewsAreSampledInPlace) {
-  OpacityField field = paintedField(lightfield::bumpySphere(0, 16), 30, kSize, Method::ulr);
+  OpacityField field = paintedField(lightfield::bumpySphere(0, 16), 30, kSize, Blending::ulr);
   std::mt19937 random(12);
   for (PackedView& view : field.packed.views) {
     view.low = {static_cast<double>(random() % 8), static_cast<double>(random() % 8)};

@@ -16,7 +16,7 @@ protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<image::TemporaryFolder>();
     studio::photograph({.cameras = 40, .lights = 0, .size = 48}, *folder_ / "capture");
-    for (const auto& [name, method] : {std::pair("vdtm", Method::vdtm), {"ulr", Method::ulr}}) {
+    for (const auto& [name, method] : {std::pair("vdtm", Blending::vdtm), {"ulr", Blending::ulr}}) {
       lightfield::Views views(*folder_ / "capture");
       build(views, {.method = method}, *folder_ / name);
     }

@@ -23,7 +23,7 @@ using namespace bench;
 const SyntheticOptions kSmall{.cells = 2, .quads = 8, .texels = 16, .subdivisions = 1};
 constexpr size_t kTextureBytes = size_t{16} * 16 * sizeof(Texel),
                  kSlotBytes = size_t{17} * 17 * sizeof(Texel);
-constexpr std::array kMethods{Method::fused, Method::twoStages};
+constexpr std::array kMethods{Stages::fused, Stages::twoStages};
 constexpr PlanOptions kNoCulling{.regionCulling = false, .directionCulling = false, .scissor = false};
 
 class SlfFrameTest : public gl::GlTest {
@@ -86,7 +86,7 @@ TEST_F(SlfFrameTest, AgreesWithTheReference) {
   for (int trial = 0; trial < 20; ++trial) {
     const Camera camera = randomCamera(random, 200, 160);
     const image::Image expected = reference_->render(camera).color;
-    for (const Method method : kMethods) {
+    for (const Stages method : kMethods) {
       const image::Image found = renderer.render(camera, {.method = method}).color;
       // Where a silhouette passes a pixel's middle within rounding, one of them shows what is behind.
       EXPECT_GT(psnrOf(found, expected), 66);
@@ -105,7 +105,7 @@ TEST_F(SlfFrameTest, BothMethodsAgree) {
   for (int trial = 0; trial < 20; ++trial) {
     const Camera camera = randomCamera(random, 200, 160);
     const Frame fused = renderer.render(camera, {.observed = true});
-    const Frame stages = renderer.render(camera, {.method = Method::twoStages, .observed = true});
+    const Frame stages = renderer.render(camera, {.method = Stages::twoStages, .observed = true});
     EXPECT_LT(largestDifference(fused.color, stages.color), 1e-5);
     EXPECT_LT(largestDifference(fused.observed, stages.observed), 1e-5);
     EXPECT_EQ(fused.depth.values, stages.depth.values);
@@ -120,7 +120,7 @@ TEST_F(SlfFrameTest, AConstantFieldIsConstant) {
   for (int trial = 0; trial < 30; ++trial) {
     const Camera camera = randomCamera(random, 120, 100);
     for (const FrameOptions& options :
-         {FrameOptions{}, {.method = Method::twoStages}, {.basis = Basis::gouraud}}) {
+         {FrameOptions{}, {.method = Stages::twoStages}, {.basis = Basis::gouraud}}) {
       const image::Image color = renderer.render(camera, options).color;
       for (size_t i = 0; i < color.values.size(); i += 4) {
         const float alpha = color.values[i + 3];
@@ -143,7 +143,7 @@ TEST_F(SlfFrameTest, SixDirectionsSuffice) {
   for (int trial = 0; trial < 10; ++trial) {
     const Camera camera = randomCamera(random, 80, 60);
     const image::Image expected = reference.render(camera).color;
-    for (const Method method : kMethods)
+    for (const Stages method : kMethods)
       EXPECT_GT(psnrOf(renderer.render(camera, {.method = method}).color, expected), 60);
   }
 }
@@ -174,7 +174,7 @@ TEST_F(SlfFrameTest, CullingDoesNotChangeABit) {
       const Vec3<double> place = distance * randomUnit(random);
       camera = cameraAt(place, randomUnit(random) - place, 48, 40, 30);
     }
-    for (const Method method : kMethods) {
+    for (const Stages method : kMethods) {
       const Frame culled = renderer.render(camera, {.method = method, .observed = true});
       const Frame all = renderer.render(
           camera, {.method = method, .plan = kNoCulling, .visitedTriangles = false, .observed = true});
@@ -193,8 +193,8 @@ TEST_F(SlfFrameTest, EachOptimisationAloneDoesNotChangeABit) {
   for (int trial = 0; trial < 5; ++trial) {
     const Camera camera = randomCamera(random, 48, 40);
     for (FrameOptions options : {FrameOptions{},
-                                 {.method = Method::twoStages},
-                                 {.method = Method::twoStages, .basis = Basis::gouraud}}) {
+                                 {.method = Stages::twoStages},
+                                 {.method = Stages::twoStages, .basis = Basis::gouraud}}) {
       const std::vector<float> expected = renderer.render(camera, options).color.values;
       for (int bits = 1; bits < 16; ++bits) {
         options.plan = {
@@ -227,7 +227,7 @@ TEST_F(SlfFrameTest, BudgetsAndPoliciesDoNotChangeABit) {
   std::mt19937 random(6);
   for (int i = 0; i < 3; ++i) path.push_back(randomCamera(random, 48, 40));
   path.push_back(path[0]);
-  for (const Method method : kMethods) {
+  for (const Stages method : kMethods) {
     FrameRenderer ample = rendererOf();
     std::vector<std::vector<float>> expected;
     for (const Camera& camera : path)
@@ -283,7 +283,7 @@ TEST_F(SlfFrameTest, PixelsAreFiniteFromEverywhere) {
   FrameRenderer renderer = rendererOf();
   for (const Camera& camera : cameras)
     for (const FrameOptions& options : {FrameOptions{.observed = true},
-                                        {.method = Method::twoStages, .observed = true},
+                                        {.method = Stages::twoStages, .observed = true},
                                         {.basis = Basis::gouraud}}) {
       const Frame frame = renderer.render(camera, options);
       EXPECT_TRUE(isFinite(frame.color));
@@ -315,7 +315,7 @@ TEST_F(SlfFrameTest, DepthIsTheDistanceAlongTheViewingAxis) {
 TEST_F(SlfFrameTest, ObservedIsTheTexelsAlpha) {
   FrameRenderer renderer = rendererOf();
   std::mt19937 random(10);
-  for (const Method method : kMethods) {
+  for (const Stages method : kMethods) {
     const Camera camera = randomCamera(random, 120, 100);
     const Frame frame = renderer.render(camera, {.method = method, .observed = true});
     const auto expected = reference_->render(camera);

@@ -93,6 +93,25 @@ TEST_F(SphericalFrameTest, DepthAgreesWithTheReferenceAndTheTruth) {
   EXPECT_GT(static_cast<double>(right), 0.95 * static_cast<double>(covered));
 }
 
+// An opaque plane at the lowest height of its image, of which one corner is higher: rays end just below the
+// plane, whatever their last step is rounded to.
+TEST_F(SphericalFrameTest, ThePlaneAtTheLowestHeightHasNoHoles) {
+  std::mt19937 random(8);
+  const int size = field_->shape.size;
+  const uint16_t one = image::nearestHalf(1);
+  const auto texels = static_cast<size_t>(size) * static_cast<size_t>(size);
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<Height> heights(texels, heightOf(std::uniform_real_distribution(-0.2, 0.1)(random)));
+    heights[0] = heightOf(std::uniform_real_distribution(0.1, 0.4)(random));
+    const PencilImage plane = mipmapped(size, std::vector<Texel>(texels, {one, one, one, one}), heights);
+    for (uint32_t image = 0; image < field_->shape.images(); ++image) frame_->upload(image, plane);
+    const Picture picture = rendered(cameraAt(3 * randomUnit(random), 32), {0, 0, true, false});
+    for (int y = 12; y < 20; ++y)
+      for (int x = 12; x < 20; ++x)
+        ASSERT_GT(picture.color.at(x, y)[3], 0.99f) << trial << ' ' << x << ' ' << y;
+  }
+}
+
 TEST_F(SphericalFrameTest, NothingBehindTheViewerIsShown) {
   std::mt19937 random(9);
   size_t covered = 0;

@@ -1,4 +1,4 @@
-#include "render/lightfield/olf/peeled_picture.h"
+#include "render/lightfield/olf/frame_parts.h"
 
 #include "render/gl/draw.h"
 #include "render/lightfield/olf/shaders.h"
