@@ -3,9 +3,11 @@
 #include "apps/terminal.h"
 #include "render/scene/scene.h"
 #include "render/stage/stage_pictures.h"
+#include "render/stage/stage_scene.h"
 #include "render/surfels/surfel_method.h"
 #include "surfel/base/file.h"
 #include "surfel/base/memory.h"
+#include "surfel/base/text.h"
 #include "surfel/base/time.h"
 
 #include <fmt/format.h>
@@ -14,6 +16,8 @@
 #include <array>
 #include <bit>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace surflect {
 
@@ -89,12 +93,26 @@ void announceSize(const model::PackEstimate& estimate) {
                   static_cast<double>(estimate.memoryBytes) / 1e6, estimate.surfels));
 }
 
+// Warns of cameras that see an object from within.
+void sayCamerasInside(const stage::Stage& stage) {
+  const stage::StageScene scene(stage.objects);
+  std::vector<std::string> inside;
+  for (const capture::View& view : stage.rig.views)
+    if (view.camera.lens.model != capture::Lens::Model::orthographic &&
+        stage::isInside(scene, assume<Point3<AcquisitionSpace, double>>(view.camera.center().raw())))
+      inside.push_back(view.identity);
+  if (!inside.empty())
+    say(fmt::format("warning: {} of {} stand inside of an object: {}", inside.size(),
+                    counted(stage.rig.views.size(), "camera"), firstNames(inside)));
+}
+
 Json runCapture(const CaptureArguments& arguments, const Progress& progress) {
   progress("shapes", 0);
   const stage::Stage stage = stage::readStage(arguments.stage, arguments.scale);
   const auto isClear = [](const stage::StageObject& object) { return material::isSpecular(object.material); };
   if (stage.trace.lightRadius.radians() == 0 && std::ranges::any_of(stage.objects, isClear))
     say("mirrors and clear glass show nothing of lights without extent: lights.radius_deg gives them one");
+  sayCamerasInside(stage);
   if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
   if (!arguments.output.empty())
     stage::requireCapturable(stage, nullptr, stage::StageFrames::test, arguments.output);

@@ -12,10 +12,12 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <set>
 #include <span>
+#include <thread>
 
 namespace surflect {
 
@@ -68,6 +70,18 @@ std::string machine() {
   return fmt::format("{}, {}, {}", name, counted(threads, "thread"), nameOf(bestSimd()));
 }
 
+// Warning that other work takes time of the processors; empty if they are nearly idle.
+std::string busyMachine() {
+  constexpr double kIdle = 0.25; // of the processors
+  double load = 0;
+  const double processors = std::max(1u, std::thread::hardware_concurrency());
+  if (getloadavg(&load, 1) < 1 || load < kIdle * processors) return "";
+  return fmt::format(
+      "warning: the machine is busy (load {:.1f} of {:.0f} processors in the last minute), so that "
+      "times may be too long",
+      load, processors);
+}
+
 // A word as the shell reads it back.
 std::string shellWord(const std::string& text) {
   constexpr std::string_view kPlain =
@@ -112,6 +126,7 @@ Json runChart(ChartArguments& arguments, const Progress& progress) {
   if (!arguments.bent.empty())
     bent = {CaptureArgument{arguments.bent, arguments.outside}.read(), arguments.script, arguments.frame};
   createFolder(arguments.output);
+  if (const std::string warning = busyMachine(); !warning.empty()) say(warning);
   const chart::Chart chart =
       chart::makeChart(models, capture, bent, arguments.output, arguments.options, progress);
   chart::writeChart(chart, arguments.output);

@@ -29,6 +29,7 @@ scene::Script scriptOf(const FixedLight& fixed, const Vec3<double>& origin) {
   }
   scene::EnvironmentLightMotion light;
   light.image = fixed.environment;
+  light.mapping = fixed.mapping;
   light.up = {fixed.up[0], fixed.up[1], fixed.up[2]};
   light.rotateDeg = 0;
   light.color = {1, 1, 1};
@@ -94,7 +95,7 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
           ->check(notEmpty())
           ->group("Light");
   CLI::Option* environment =
-      command.add_option("--environment", light.environment, "environment map, lat-long or angular, instead")
+      command.add_option("--environment", light.environment, "environment map instead")
           ->check(notEmpty())
           ->group("Light")
           ->excludes(script);
@@ -102,6 +103,20 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
     command.parse_complete_callback([&light] {
       if (!light.isGiven()) throw CLI::RequiredError("--lights or --environment");
     });
+  std::vector<std::string> mappings;
+  for (const auto& [name, mapping] : weights::kMappings) mappings.emplace_back(name);
+  command
+      .add_option_function<std::string>(
+          "--mapping",
+          [&light](const std::string& word) {
+            light.mapping = std::ranges::find(weights::kMappings, word, [](const auto& row) {
+                              return row.first;
+                            })->second;
+          },
+          "how the map's pixels stand for directions; default: 2:1 is lat-long")
+      ->check(CLI::IsMember(mappings))
+      ->group("Light")
+      ->needs(environment);
   command.add_option("--up", light.up, "x y z: the environment's up in the capture")
       ->capture_default_str()
       ->check(finiteIn(-1e12, 1e12))

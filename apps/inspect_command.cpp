@@ -1,6 +1,7 @@
 #include "apps/command.h"
 #include "apps/method_options.h"
 #include "apps/pack_report.h"
+#include "apps/single_file.h"
 #include "apps/terminal.h"
 #include "render/evaluation/contact_sheet.h"
 #include "render/methods.h"
@@ -39,16 +40,24 @@ Json describe(const model::Model& model) {
   }
   const Eigen::AlignedBox3d box = boundsOf(model.cloud.p0);
   const auto corner = [](const Vec3<double>& p) { return Json::array({p.x(), p.y(), p.z()}); };
+  const double apart = model::pixelsBetween(model.cloud, model.rig);
   size_t unseen = 0;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
     const auto visibility = model.visibility.of(i);
     unseen += std::ranges::none_of(visibility, [](uint8_t fade) { return fade > 0; });
   }
-  return {{"surfels", model.cloud.size()},       {"unseen_surfels", unseen},
-          {"views", model.rig.views.size()},     {"lights", model.rig.lights.size()},
-          {"full_product", model.isFullProduct}, {"blocks", blocks},
-          {"reflectance_bytes", bytes},          {"white", model.white},
-          {"tolerance", model.tolerance},        {"box", {corner(box.min()), corner(box.max())}}};
+  if (const std::string warning = sparseSurfels(model.cloud.size(), apart); !warning.empty()) say(warning);
+  return {{"surfels", model.cloud.size()},
+          {"unseen_surfels", unseen},
+          {"pixels_between_surfels", apart},
+          {"views", model.rig.views.size()},
+          {"lights", model.rig.lights.size()},
+          {"full_product", model.isFullProduct},
+          {"blocks", blocks},
+          {"reflectance_bytes", bytes},
+          {"white", model.white},
+          {"tolerance", model.tolerance},
+          {"box", {corner(box.min()), corner(box.max())}}};
 }
 
 struct InspectArguments {
@@ -110,6 +119,7 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
   if (packed) return told(describe(model::openModel(arguments.input.path, progress)));
+  if (auto file = describeFile(arguments.input.path, progress)) return told(*std::move(file));
 
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const capture::Capture capture = arguments.input.read();
@@ -125,7 +135,14 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   validation::checkBeforeGeometry(used, {}, take, progress);
   const bool isGeometryGiven =
       !arguments.impostor.mesh.empty() || !capture.geometry.empty() || arguments.impostor.relief;
-  if (!isGeometryGiven && arguments.overlay.empty()) return report;
+  const auto concluded = [&] {
+    const bool hasGeometry = isGeometryGiven || !arguments.overlay.empty();
+    if (findings.empty())
+      say(hasGeometry ? "no fault was found"
+                      : "no fault was found; --overlay checks cameras against a hull, too");
+    return report;
+  };
+  if (!isGeometryGiven && arguments.overlay.empty()) return concluded();
   const auto training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
   const proxy::Impostor impostor = proxy::impostorOf(training, arguments.impostor, progress);
@@ -133,7 +150,7 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   if (!impostor.notes.empty()) report["mesh_notes"] = impostor.notes;
   take(validation::checkCapture(used, impostor.mesh, {}, progress));
   if (!arguments.overlay.empty()) report["overlay"] = drawOverlay(capture, impostor, arguments, progress);
-  return report;
+  return concluded();
 }
 
 } // namespace
@@ -141,10 +158,13 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
 void addInspectCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<InspectArguments>();
   CLI::App* command =
-      app.add_subcommand("inspect", "list what a capture or a model holds, and check a capture");
+      app.add_subcommand("inspect", "list what a capture, a model or a file holds, and check a capture");
   command->footer("Example: surflect inspect vase.srf\n"
                   "         surflect inspect examples/vase --overlay sheet.png");
-  command->add_option("path", arguments->input.path, "a capture or a packed model")->required();
+  command
+      ->add_option("path", arguments->input.path,
+                   "a capture, a packed model, or a picture, mesh, script or stage")
+      ->required();
   addAllowOutside(*command, arguments->input.outside);
   CLI::Option* overlay =
       command

@@ -172,7 +172,13 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
                            .output = arguments.output,
                            .say = say,
                            .take = [&](auto found) { findings.take(found); }};
-  const method::BuildReport report = method.build(input, setting, progress);
+  const method::BuildReport report = [&] {
+    try {
+      return method.build(input, setting, progress);
+    } catch (const Cancelled&) {
+      throw Interrupted("interrupted; the same command again builds from the start");
+    }
+  }();
   json.update(countsJson(report.counts));
   for (const auto& [name, values] : report.lists) json[name] = values;
   if (!arguments.isStage()) json["findings"] = findings.json();
@@ -220,7 +226,7 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   addFixedLight(*command, arguments->light, false);
   arguments->options.add(*command, MethodOptions::Kind::build,
                          [arguments] { return &method::methodOf(arguments->method); });
-  setWork(*command, work, "the same command again goes on from here",
+  setWork(*command, work, "the same command again keeps the views that were finished",
           [arguments](const Progress& progress) { return runPack(*arguments, progress); });
 }
 

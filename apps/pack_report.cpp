@@ -86,6 +86,9 @@ void announceFits(std::vector<proxy::Impostor::Fit> fits) {
         "mattes are wrong",
         median, kHullFits));
   announceEach(inOrder);
+  say("outlines do not tell hollows, which a hull fills: details slide where it lies off the object. A mesh "
+      "of "
+      "photogrammetry, such as COLMAP's, is better: --mesh");
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
@@ -109,20 +112,30 @@ Json jsonOfChoice(const model::InterpolationSelection& selection) {
   return json;
 }
 
+// Errors of predicted photographs (dB) in words. Leaving one out doubles the gap that it stood in, so that
+// new cameras and lights between the captured ones do better.
+constexpr double kGoodDb = 30, kFairDb = 24;
+const char* gradeOf(double db) { return db >= kGoodDb ? "good" : db >= kFairDb ? "fair" : "poor"; }
+
+void announceLights(const model::LightBlendSelection& selection) {
+  if (!selection.leftOutDb) return;
+  const double db = *selection.leftOutDb;
+  say(fmt::format(
+      "new lights: blended from {} captured ones; photographs of a light that was left out are predicted "
+      "to {:.1f} dB ({}){}",
+      selection.blend.lights, db, gradeOf(db),
+      db < kGoodDb ? "; lights nearer to each other would make it better" : ""));
+}
+
 void announceInterpolation(const model::InterpolationSelection& selection) {
   if (!selection.leftOut) return;
   const auto& [chosen, separate] = *selection.leftOut;
-  if (selection.choice.kind == weights::Interpolation::separate)
-    say(fmt::format(
-        "photographs: weighted by camera and light apart; those left out are predicted to {:.1f} dB",
-        separate));
-  else
-    say(fmt::format(
-        "photographs: weighted by {}, half-vector scale {:.1f}{}{}; those left out are predicted to "
-        "{:.1f} dB, by camera and light apart to {:.1f} dB",
-        nameOf(selection.choice.kind), selection.choice.halfScale,
-        selection.choice.reciprocal ? ", reciprocal" : "",
-        selection.choice.shadows ? "" : ", without shadow rays", chosen, separate));
+  const bool isSeparate = selection.choice.kind == weights::Interpolation::separate;
+  const double db = isSeparate ? separate : chosen;
+  say(fmt::format(
+      "new views: weighted by {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
+      nameOf(selection.choice.kind), db, gradeOf(db),
+      db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
 }
 
 } // namespace
@@ -131,6 +144,7 @@ Json jsonOf(const model::PackReport& report) {
   Json json = {
       {"geometry", nameOf(report.geometry)},
       {"surfels", report.surfels},
+      {"pixels_between_surfels", report.pixelsBetweenSurfels},
       {"views", report.views.size()},
       {"lights", report.lights},
       {"translucent", report.isTranslucent},
@@ -159,6 +173,17 @@ Json jsonOf(const model::PackReport& report) {
   return json;
 }
 
+std::string sparseSurfels(size_t surfels, double pixelsBetween) {
+  constexpr double kEnough = 0.75, kTwoAcross = 0.5; // pixels
+  if (pixelsBetween <= kEnough) return "";
+  const double ratio = pixelsBetween / kTwoAcross,
+               wanted = std::ceil(1e-4 * static_cast<double>(surfels) * ratio * ratio) * 1e4;
+  return fmt::format(
+      "warning: surfels are {:.1f} pixels of the photographs apart, so that finer details blur; two "
+      "across a pixel are --surfels {:.0f}, which take {:.1f} GB of memory to sample",
+      pixelsBetween, wanted, 1e-9 * wanted * model::kBytesPerSurfel);
+}
+
 void announceEstimate(const model::PackEstimate& estimate) {
   say(fmt::format("about {:.1f} MB on disk, {:.0f} MB of memory, {:.0f} s; {} surfels",
                   static_cast<double>(estimate.diskBytes) / 1e6,
@@ -176,10 +201,11 @@ void announce(const model::PackReport& report, const std::string& output) {
                   static_cast<double>(report.store.fileBytes) / 1e6, codec::compressionRatio(report.store),
                   codec::psnrDb(report.store, report.white)));
   if (report.isTranslucent) say("translucent: alpha of each view is stored, and layers are composited");
-  if (const auto& [blend, leftOutDb] = report.lightChoice; leftOutDb)
-    say(fmt::format("lights: {} blended, by a {}{}; one left out is told by the others to {:.1f} dB",
-                    blend.lights, nameOf(blend.fit), blend.foreshortened ? ", foreshortened" : "",
-                    *leftOutDb));
+  if (const std::string warning = sparseSurfels(report.surfels, report.pixelsBetweenSurfels);
+      !warning.empty())
+    say(warning);
+  if (report.interpolation.choice.kind == weights::Interpolation::separate)
+    announceLights(report.lightChoice);
   announceInterpolation(report.interpolation);
 }
 

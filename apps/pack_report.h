@@ -33,6 +33,9 @@ private:
   std::vector<validation::Finding> all_;
 };
 
+// Warning that surfels so many pixels apart blur details, with the number that would not; empty if they do
+// not.
+std::string sparseSurfels(size_t surfels, double pixelsBetween);
 void announceEstimate(const model::PackEstimate& estimate);
 void announce(const model::PackReport& report, const std::string& output);
 Json jsonOf(const model::PackReport& report);

@@ -216,10 +216,11 @@ public:
   }
   bool isKnown() const { return worst_.has_value(); }
   std::string sentence() const {
-    return fmt::format("predicted error: at most {:.0f}/255 of white in {:.0f} % of the object's pixels; "
-                       "fewest in frame {}, {:.0f} %",
-                       255 * evaluation::kTrustedError, 100 * film_.share(), worst_->first,
-                       100 * worst_->second.share());
+    return fmt::format(
+        "{:.0f} % of the object's pixels are to be trusted, in frame {} fewest: {:.0f} %; there, the "
+        "predicted error is at most {:.0f}/255 of white. Cameras and lights nearer to the captured "
+        "ones are better",
+        100 * film_.share(), worst_->first, 100 * worst_->second.share(), 255 * evaluation::kTrustedError);
   }
   Json json() const {
     return {{"error_of_white", evaluation::kTrustedError},
@@ -309,7 +310,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   removeLitter(script, arguments);
 
   if (const auto misfit =
-          evaluation::beyondRestMesh(script, scene::shotTime(script, range.first), model.points))
+          evaluation::misplacedRestMesh(script, scene::shotTime(script, range.first), model.points))
     say(*misfit);
 
   const std::string filmsIdentity = filmIdentity(script, model, shot, arguments.scale);

@@ -293,6 +293,12 @@ MeshField::MeshField(std::span<const Vec3<double>> positions,
   binding_ = std::move(binding);
 }
 
+Eigen::AlignedBox3d MeshField::restBox() const {
+  Eigen::AlignedBox3d box;
+  for (const Vec3<double>& center : binding_->levels.front().center) box.extend(center);
+  return box;
+}
+
 bool MeshField::reaches(const Vec3<double>& x) const {
   const Level& nodes = binding_->levels.front();
   bool reached = false;

@@ -104,6 +104,7 @@ public:
   // Vertices at one position are merged; triangles without area are ignored. Throws Error if none is left.
   MeshField(std::span<const Vec3<double>> rest, std::span<const std::array<uint32_t, 3>> triangles);
 
+  Eigen::AlignedBox3d restBox() const; // of the rest mesh
   // Returns whether the point is within the kernel of a vertex, not only of groups: within about twice the
   // length of the edges around it. The driven surface should be within reach.
   bool reaches(const Vec3<double>& x) const;

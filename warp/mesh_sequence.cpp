@@ -3,47 +3,63 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
-#include <charconv>
+#include <algorithm>
 #include <optional>
 
 namespace surflect::warp {
 
 namespace {
 
-// Number in a file name, at the pattern's run of #.
-std::optional<int> numberIn(std::string_view name, std::string_view before, size_t width,
-                            std::string_view after) {
-  if (name.size() < before.size() + width + after.size() || !name.starts_with(before) ||
-      !name.ends_with(after))
+// A pattern's name: what stands before its run of #, the run's length, and what stands after it.
+struct Pattern {
+  std::string before;
+  size_t width = 0;
+  std::string after;
+};
+
+Pattern patternOf(const std::string& name) {
+  const size_t begin = name.find('#'), end = std::min(name.find_first_not_of('#', begin), name.size());
+  if (begin == std::string::npos || name.find('#', end) != std::string::npos)
+    throw Error::mismatch("a name such as \"cage.####.obj\"", '"' + name + '"');
+  return {name.substr(0, begin), end - begin, name.substr(end)};
+}
+
+// Digits in a file name where the pattern has #, however many.
+std::optional<std::string> digitsIn(const std::string& name, const Pattern& pattern) {
+  if (name.size() <= pattern.before.size() + pattern.after.size() || !name.starts_with(pattern.before) ||
+      !name.ends_with(pattern.after))
     return std::nullopt;
-  const std::string_view digits = name.substr(before.size(), name.size() - before.size() - after.size());
-  if (digits.size() > width && digits[0] == '0') return std::nullopt; // a longer padding is another name
-  if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string_view::npos)
-    return std::nullopt;
-  int number = 0;
-  std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  return number;
+  const std::string digits =
+      name.substr(pattern.before.size(), name.size() - pattern.before.size() - pattern.after.size());
+  if (digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
+  return digits;
+}
+
+// Returns whether a number of these digits is written so when padded with zeros to this width.
+bool isPadded(const std::string& digits, size_t width) {
+  return digits.size() == width || (digits.size() > width && digits[0] != '0');
 }
 
 std::map<int, std::filesystem::path> keysOf(const std::filesystem::path& frames) {
-  const std::string pattern = frames.filename().string();
-  const size_t begin = pattern.find('#');
-  const size_t end = begin == std::string::npos ? begin : pattern.find_first_not_of('#', begin);
-  if (begin == std::string::npos || pattern.find('#', std::min(end, pattern.size())) != std::string::npos)
-    throw Error::mismatch("a name such as \"cage.####.obj\"", '"' + pattern + '"');
-  const size_t width = std::min(end, pattern.size()) - begin;
-  const std::string_view before = std::string_view(pattern).substr(0, begin),
-                         after = std::string_view(pattern).substr(begin + width);
-
+  const Pattern pattern = patternOf(frames.filename().string());
   std::map<int, std::filesystem::path> keys;
+  std::string unlike; // a file of another padding
   std::error_code error;
   const std::filesystem::path folder = frames.has_parent_path() ? frames.parent_path() : ".";
   for (std::filesystem::directory_iterator entry(folder, error), last; !error && entry != last;
-       entry.increment(error))
-    if (const auto number = numberIn(entry->path().filename().string(), before, width, after))
-      keys.emplace(*number, entry->path());
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const auto digits = digitsIn(name, pattern);
+    if (digits && isPadded(*digits, pattern.width))
+      keys.emplace(std::stoi(*digits), entry->path());
+    else if (digits)
+      unlike = std::max(unlike, name);
+  }
   if (error) throw Error("cannot list the folder (" + error.message() + ')').in(folder);
-  if (keys.empty()) throw Error::mismatch("files of this name", "none").in(frames);
+  if (keys.empty())
+    throw Error::mismatch("files of this name",
+                          unlike.empty() ? "none" : "none, but " + unlike + ": write one # for each digit")
+        .in(frames);
   return keys;
 }
 

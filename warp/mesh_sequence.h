@@ -24,8 +24,8 @@ public:
   // last, the mesh does not move. Reads one or two files; throws Error if they have changed.
   WarpPointer at(double frame) const;
 
-  bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does
-  uint64_t contentHash() const { return hash_; }                          // of all files
+  const MeshField& field() const { return field_; }
+  uint64_t contentHash() const { return hash_; } // of all files
 
 private:
   std::vector<Vec3<double>> positionsAt(int key) const;

@@ -20,7 +20,7 @@ public:
   // Warp at this many seconds into the animation; before and after it, the pose is constant.
   WarpPointer at(double seconds) const;
 
-  bool reaches(const Vec3<double>& x) const { return field_.reaches(x); } // as MeshField does
+  const MeshField& field() const { return field_; }
   uint64_t contentHash() const { return file_.contentHash; }
 
 private:

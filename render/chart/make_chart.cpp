@@ -118,7 +118,11 @@ void addKnobs(std::vector<Option>& all, const std::vector<Option>& knobs) {
 Chart makeChart(const std::vector<fs::path>& models, const capture::Capture& capture,
                 const std::optional<BentTruth>& bent, const fs::path& folder, const ChartOptions& options,
                 const Progress& progress) {
-  Measurements measurements(folder / "measurements.jsonl");
+  constexpr const char* kMeasurements = "measurements.jsonl";
+  removeAbandoned(folder, [](const std::string& name) {
+    return name == kMeasurements || name == "chart.csv" || name == "chart.json" || name == "index.html";
+  });
+  Measurements measurements(folder / kMeasurements);
   std::vector<std::unique_ptr<Subject>> subjects;
   size_t points = 0, steps = 0;
   for (const fs::path& model : models) {

@@ -27,24 +27,48 @@ Trust trustIn(const image::Image& color, const image::Image& predictedError, dou
 
 namespace {
 
-// Fraction of the finite points outside the reach of the warp's rest mesh; 0 if it has none.
-double shareUnreached(const warp::WarpMotion& motion, const std::vector<Vec3<double>>& points) {
-  const auto* mesh = std::get_if<warp::MeshMotion>(&motion);
-  const auto* skeleton = std::get_if<warp::SkeletonMotion>(&motion);
-  if (!mesh && !skeleton) return 0;
-  size_t finite = 0, beyond = 0;
-  for (const Vec3<double>& x : points) {
-    if (!x.allFinite()) continue;
-    ++finite;
-    beyond += !(mesh ? mesh->sequence->reaches(x) : skeleton->rig->reaches(x));
+// The field of a warp's rest mesh, if it has one.
+const warp::MeshField* restMeshOf(const warp::WarpMotion& motion) {
+  if (const auto* mesh = std::get_if<warp::MeshMotion>(&motion)) return &mesh->sequence->field();
+  if (const auto* skeleton = std::get_if<warp::SkeletonMotion>(&motion)) return &skeleton->rig->field();
+  return nullptr;
+}
+
+// Fraction of points outside the reach of the rest mesh.
+double shareUnreached(const warp::MeshField& rest, const std::vector<Vec3<double>>& points) {
+  const auto beyond = std::ranges::count_if(points, [&](const Vec3<double>& x) { return !rest.reaches(x); });
+  return static_cast<double>(beyond) / static_cast<double>(points.size());
+}
+
+// Mean distance between the sides of two boxes, over the diagonal of the second.
+double boxDifference(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+  return ((a.min() - b.min()).cwiseAbs().sum() + (a.max() - b.max()).cwiseAbs().sum()) / 6 /
+         b.diagonal().norm();
+}
+
+// Degrees about x, 90 or -90, by which the rest mesh is to be turned to lie around the points, if it does not
+// as it is: 90 if it has y up and the points z.
+std::optional<int> turnOf(const warp::MeshField& rest, const std::vector<Vec3<double>>& points) {
+  constexpr double kDiffers = 0.1, kAgrees = 1 / 3.; // of the object's diagonal; of the difference as it is
+  Eigen::AlignedBox3d object;
+  for (const Vec3<double>& x : points) object.extend(x);
+  const Eigen::AlignedBox3d box = rest.restBox();
+  const double asItIs = boxDifference(box, object);
+  if (!(asItIs > kDiffers)) return std::nullopt;
+  for (const int sign : {1, -1}) {
+    const auto turned = [&](const Vec3<double>& x) -> Vec3<double> {
+      return {x[0], -sign * x[2], sign * x[1]};
+    };
+    const Vec3<double> a = turned(box.min()), b = turned(box.max());
+    if (boxDifference({a.cwiseMin(b), a.cwiseMax(b)}, object) < kAgrees * asItIs) return 90 * sign;
   }
-  return finite == 0 ? 0 : static_cast<double>(beyond) / static_cast<double>(finite);
+  return std::nullopt;
 }
 
 } // namespace
 
-std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
-                                          std::span<const Point3<AcquisitionSpace>> object) {
+std::optional<std::string> misplacedRestMesh(const scene::Script& script, const warp::ShotTime& time,
+                                             std::span<const Point3<AcquisitionSpace>> object) {
   constexpr size_t most = 4000;
   constexpr double tolerated = 0.1;
   std::vector<Vec3<double>> points;
@@ -52,18 +76,22 @@ std::optional<std::string> beyondRestMesh(const scene::Script& script, const war
     points.push_back(object[i].raw().cast<double>());
 
   // Each warp acts on the output of those before it; warps after the last mesh do not matter.
-  const auto hasMesh = [](const warp::WarpMotion& motion) {
-    return std::holds_alternative<warp::MeshMotion>(motion) ||
-           std::holds_alternative<warp::SkeletonMotion>(motion);
-  };
   size_t end = script.warps.size();
-  while (end > 0 && !hasMesh(script.warps[end - 1])) --end;
+  while (end > 0 && !restMeshOf(script.warps[end - 1])) --end;
   for (size_t i = 0; i < end; ++i) {
-    if (const double share = shareUnreached(script.warps[i], points); share > tolerated)
-      return fmt::format(
-          "{}: warp[{}]: {:.0f} % of the surfels are further from its rest mesh than twice the "
-          "length of its edges: are its units and axes those of the model?",
-          script.path.string(), i, 100 * share);
+    std::erase_if(points, [](const Vec3<double>& x) { return !x.allFinite(); });
+    const warp::MeshField* rest = points.empty() ? nullptr : restMeshOf(script.warps[i]);
+    const auto at = fmt::format("{}: warp[{}]: ", script.path.string(), i);
+    if (const auto degrees = rest ? turnOf(*rest, points) : std::nullopt)
+      return at + fmt::format(
+                      "its rest mesh fits the model only if it is turned by {} degrees about x, from {}: "
+                      "export it so, or put a rigid warp with axis = [1, 0, 0] and angle_deg = {} before it, "
+                      "and one with {} after it",
+                      *degrees, *degrees > 0 ? "y up to z up" : "z up to y up", -*degrees, *degrees);
+    if (const double share = rest ? shareUnreached(*rest, points) : 0; share > tolerated)
+      return at + fmt::format("{:.0f} % of the surfels are further from its rest mesh than twice the "
+                              "length of its edges: are its units and axes those of the model?",
+                              100 * share);
     if (i + 1 == end) break;
     try {
       const warp::WarpPointer warp = warp::evaluateAt(script.warps[i], time);

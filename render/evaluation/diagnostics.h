@@ -33,11 +33,12 @@ struct Trust {
 // color: RGBA; predictedError: one channel; white: radiance of white. Both images have one size.
 Trust trustIn(const image::Image& color, const image::Image& predictedError, double white);
 
-// Reports the first mesh or skeleton warp whose rest mesh does not reach more than a tenth of the object's
-// points (MeshField::reaches), as happens when units or axes differ, and their share. Examines at most a few
-// thousand points. Throws Error as warp::evaluateAt.
-std::optional<std::string> beyondRestMesh(const scene::Script& script, const warp::ShotTime& time,
-                                          std::span<const Point3<AcquisitionSpace>> object);
+// Reports the first mesh or skeleton warp whose rest mesh does not lie around the object: its box is that of
+// the object only when y and z are exchanged, or it does not reach more than a tenth of the object's points
+// (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand points. Throws
+// Error as warp::evaluateAt.
+std::optional<std::string> misplacedRestMesh(const scene::Script& script, const warp::ShotTime& time,
+                                             std::span<const Point3<AcquisitionSpace>> object);
 
 // Sparsification curve of predicted errors: the error that is left when the parts of the largest predicted
 // error are taken away. The best possible curve takes away the parts of the largest true error.

@@ -243,8 +243,7 @@ LightMotion asEnvironment(const Section& section) {
   EnvironmentLightMotion light;
   light.image = asPath(section.require("image"));
   light.mapping = findChoice<weights::EnvironmentMapping>(
-      section, "mapping",
-      {{"latlong", weights::EnvironmentMapping::latLong}, {"angular", weights::EnvironmentMapping::angular}});
+      section, "mapping", {weights::kMappings.begin(), weights::kMappings.end()});
   light.up = trackOr(section, "up", yUp);
   light.rotateDeg = trackOr(section, "rotate_deg", 0);
   light.color = trackOr(section, "color", white);

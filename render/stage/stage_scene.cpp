@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <embree3/rtcore.h>
 #include <limits>
@@ -262,6 +263,19 @@ uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const 
 Point3<AcquisitionSpace, double>
 StageScene::leaving(const SurfaceHit& hit, const Direction3<AcquisitionSpace, double>& direction) const {
   return hit.position + (dot(hit.facet, direction) < 0 ? -rays_->offset : rays_->offset) * hit.facet;
+}
+
+bool isInside(const StageScene& scene, const Point3<AcquisitionSpace, double>& point) {
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z) {
+        const int axes = std::abs(x) + std::abs(y) + std::abs(z);
+        if (axes != 1 && axes != 3) continue; // along the axes, and along the diagonals
+        const auto direction = normalized(Direction3<AcquisitionSpace, double>(x, y, z));
+        const auto hit = scene.firstHit(point, direction);
+        if (!hit || dot(hit->facet, direction) < 0) return false;
+      }
+  return true;
 }
 
 } // namespace surflect::stage

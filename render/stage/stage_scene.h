@@ -100,4 +100,7 @@ private:
   std::unique_ptr<const Rays> rays_;
 };
 
+// Returns whether a point is inside of an object: it sees surfaces from behind in all of 14 directions.
+bool isInside(const StageScene& scene, const Point3<AcquisitionSpace, double>& point);
+
 } // namespace surflect::stage

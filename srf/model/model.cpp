@@ -1,5 +1,6 @@
 #include "srf/model/model.h"
 
+#include "srf/capture/origin.h"
 #include "srf/capture/writer.h"
 #include "srf/model/manifest.h"
 #include "srf/model/model_files.h"
@@ -10,6 +11,7 @@
 #include "surfel/base/file.h"
 #include "surfel/geometry/ply.h"
 #include "surfel/math/bounds.h"
+#include "surfel/math/median.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
@@ -217,6 +219,11 @@ private:
 };
 
 } // namespace
+
+double pixelsBetween(const SurfelCloud& cloud, const capture::Capture& rig) {
+  return median({cloud.radius.begin(), cloud.radius.end()}) /
+         capture::pixelFootprint(rig, middleOf(cloud.p0));
+}
 
 std::filesystem::path viewFilePath(size_t view) {
   std::string number = std::to_string(view);

@@ -36,6 +36,10 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
 // folder without one is unfinished. Throws Error and Cancelled.
 void writeModel(const Model& model, const Progress& progress = {});
 
+// Median distance of neighbouring surfels in pixels of the rig's pictures, as the middle of the cloud is
+// seen. Two across a pixel are 0.5; from 1 on, details blur. The cloud is not empty.
+double pixelsBetween(const SurfelCloud& cloud, const capture::Capture& rig);
+
 // Returns views/0007.srfb for view 7.
 std::filesystem::path viewFilePath(size_t view);
 // Returns views/0007.srfa for view 7.

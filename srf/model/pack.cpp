@@ -35,7 +35,6 @@ constexpr size_t kRuns = 8;             // runs of triangles in the part
 constexpr double kRatio = 5;                 // half floats to stored bytes
 constexpr double kSecondsPerSurfel = 1.6e-5; // sampling
 constexpr double kSecondsPerValue = 1.5e-8;  // encoding, per channel of an object pixel
-constexpr double kBytesPerSurfel = 2100;     // memory while a surfel is sampled
 constexpr size_t kSurveyed = 8;              // views that the survey reads, so that they are read twice
 
 // A part of a mesh: kRuns runs of triangles, evenly spread over the list, about `share` of them in all.
@@ -167,8 +166,12 @@ capture::Capture rigOf(const capture::Capture& capture, std::span<const std::vec
   return rig;
 }
 
-// Largest default number of surfels; an explicit number may be larger.
-constexpr size_t kMostSurfels = 1000000;
+// Largest default number of surfels, which half of the memory must hold while they are sampled. An explicit
+// number may be larger.
+double mostSurfels() {
+  constexpr double kMost = 4e6;
+  return std::min(kMost, 0.5 * static_cast<double>(availableMemory()) / kBytesPerSurfel);
+}
 
 // Least alpha at which colours of a translucent object are stored. Fainter pixels continue their neighbours'
 // colours, since their own are divided by a small alpha and therefore noisy.
@@ -211,20 +214,22 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.meshNotes = geometry.notes;
   progress("surfels", 0);
   const double footprint = capture::pixelFootprint(capture, middleOf(mesh.positions));
+  const auto most = static_cast<size_t>(mostSurfels());
   const auto spacingOn = [&](const TriangleMesh& surface) {
     return options.surfels ? spacingFor(surface, *options.surfels)
-                           : std::max(footprint / 2, spacingFor(surface, kMostSurfels));
+                           : std::max(footprint / 2, spacingFor(surface, most));
   };
   const std::string identity = packIdentity(source, options.tolerance, options.opaque, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   const TriangleMesh surface =
-      proxy::withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, kMostSurfels)), progress);
+      proxy::withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, most)), progress);
   if (announce)
     announce(
         estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(), progress));
   SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
   report.surfels = cloud.size();
+  report.pixelsBetweenSurfels = pixelsBetween(cloud, capture);
   for (const capture::View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
   report.surfelSeconds = surfelWatch.seconds();

@@ -34,13 +34,16 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
                           const RayCaster<AcquisitionSpace>& impostor, double secondsSoFar,
                           const Progress& progress);
 
+// Memory that sampling takes for a surfel, measured with the vase of examples/.
+inline constexpr double kBytesPerSurfel = 2100;
+
 struct PackOptions {
   proxy::ImpostorOptions impostor;
-  double tolerance = 0.02; // error tolerance of every block; see blockErrorBound
-  std::optional<size_t>
-      surfels; // approximate count; by default two across a pixel of the photographs, a million at most
-  bool opaque = false;    // alpha is a mask, however many pixels are translucent
-  bool overwrite = false; // also replaces a finished model of another identity
+  double tolerance = 0.02;       // error tolerance of every block; see blockErrorBound
+  std::optional<size_t> surfels; // approximate count; by default two across a pixel of the photographs, but
+                                 // no more than four million, nor than half of the memory holds
+  bool opaque = false;           // alpha is a mask, however many pixels are translucent
+  bool overwrite = false;        // also replaces a finished model of another identity
 };
 
 struct PackReport {
@@ -48,7 +51,8 @@ struct PackReport {
   std::vector<std::string> meshNotes;     // see Impostor::notes
   std::vector<proxy::Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, lights = 0, resumedViews = 0;
-  std::vector<std::string> views; // identities of the views
+  double pixelsBetweenSurfels = 0; // see pixelsBetween
+  std::vector<std::string> views;  // identities of the views
   double white = 0;
   LightBlendSelection lightChoice;
   InterpolationSelection interpolation;

@@ -9,12 +9,16 @@
 #include "srf/proxy/relief/photometric.h"
 #include "srf/proxy/relief/relief.h"
 #include "surfel/base/error.h"
+#include "surfel/base/text.h"
 #include "surfel/geometry/ray_caster.h"
 
 #include <algorithm>
 #include <cassert>
+#include <filesystem>
 #include <numeric>
 #include <string>
+#include <system_error>
+#include <vector>
 
 namespace surflect::proxy {
 
@@ -92,6 +96,31 @@ Impostor mendedFile(const std::filesystem::path& path, const capture::Capture& t
   return impostor;
 }
 
+// Names of OBJ and PLY files in a capture's folder.
+std::vector<std::string> meshesIn(const std::filesystem::path& folder) {
+  std::vector<std::string> meshes;
+  std::error_code failure; // a folder that cannot be listed has none
+  for (std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, failure), last;
+       !failure && entry != last; entry.increment(failure)) {
+    const std::string extension = lowerCase(entry->path().extension().string());
+    if (extension == ".obj" || extension == ".ply") meshes.push_back(entry->path().filename().string());
+  }
+  std::ranges::sort(meshes);
+  return meshes;
+}
+
+// An impostor of a capture that names no geometry, with a note on meshes that lie beside it.
+Impostor withoutMesh(const capture::Capture& training, const Progress& progress) {
+  Impostor impostor = training.views.size() == 1
+                          ? Impostor{meshOfOneView(training, false, progress), Impostor::Origin::plane}
+                          : hullOf(training, hull::Silhouette::half, progress);
+  if (const auto meshes = meshesIn(training.folder()); !meshes.empty())
+    impostor.notes.push_back("no geometry is named, and " + firstNames(meshes) +
+                             " beside the capture is not used: write \"geometry\": \"" + meshes.front() +
+                             "\", or give --mesh");
+  return impostor;
+}
+
 } // namespace
 
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
@@ -104,8 +133,7 @@ Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& opt
   if (!options.mesh.empty()) return mendedFile(options.mesh, training, progress);
   if (!training.geometry.empty())
     return mendedFile(training.folder() / training.geometry, training, progress);
-  if (training.views.size() == 1) return {meshOfOneView(training, false, progress), Impostor::Origin::plane};
-  return hullOf(training, hull::Silhouette::half, progress);
+  return withoutMesh(training, progress);
 }
 
 std::string_view nameOf(Impostor::Origin origin) {

@@ -42,8 +42,9 @@ struct Impostor {
 
   TriangleMesh mesh;
   Origin origin = Origin::given;
-  std::vector<Fit> fits = {};          // for a hull, per view with a matte
-  std::vector<std::string> notes = {}; // for a file: what was mended, see mesh_mending.h
+  std::vector<Fit> fits = {}; // for a hull, per view with a matte
+  // For people: what was mended of a file (mesh_mending.h), and meshes that were not used.
+  std::vector<std::string> notes = {};
 };
 
 // Name in reports: mesh, hull, plane or relief.

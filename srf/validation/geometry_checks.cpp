@@ -169,6 +169,7 @@ std::vector<Finding> checkCapture(const capture::Capture& capture, const Triangl
   if (effort.masks) append(checkMasks(capture, measures));
   const auto contrast = outlineContrast(measures);
   if (hasFixedLight && contrast) append(checkPlacement(*contrast, kept, mesh, caster, progress));
+  append(checkThinness(measures));
   append(checkExposures(capture, measures));
   const std::vector<Finding> ofOneView = checkLightsOfOneView(capture, middle, effort, progress);
   append(ofOneView);

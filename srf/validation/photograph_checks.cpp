@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -198,15 +199,16 @@ std::optional<double> brightnessAgreement(std::span<const SmallView> views, cons
   return all.weight > 0 ? std::optional(all.sum / all.weight) : std::nullopt;
 }
 
-// Largest pixel value of an integer format, divided by exposure. Infinite for floating point, and for a
-// bracket, whose shorter exposures extend the range.
+// Largest pixel value of an integer format or of half floats, divided by exposure. Infinite for other
+// floating point, and for a bracket, whose shorter exposures extend the range.
 double largestValue(const capture::Capture& capture, const capture::Frame& frame) {
-  const auto isFloat = [&] {
-    const image::PictureFormat format = image::formatOf(frame.picture);
-    return format == image::PictureFormat::exr || format == image::PictureFormat::radiance ||
-           image::readPictureHeader(capture.folder() / frame.picture).bits == 0;
-  };
-  if (!frame.further.empty() || isFloat()) return std::numeric_limits<double>::infinity();
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity(), kLargestHalf = 65504;
+  if (!frame.further.empty()) return kUnlimited;
+  const image::PictureFormat format = image::formatOf(frame.picture);
+  if (format == image::PictureFormat::exr) return kLargestHalf / frame.exposure;
+  if (format == image::PictureFormat::radiance ||
+      image::readPictureHeader(capture.folder() / frame.picture).bits == 0)
+    return kUnlimited;
   if (!capture.response) return 1 / frame.exposure;
   const auto& [r, g, b] = capture.response->exposure;
   return static_cast<double>(std::max({r.back(), g.back(), b.back()})) / frame.exposure;
@@ -244,6 +246,9 @@ ViewMeasures measure(const capture::Capture& capture, const SmallView& view) {
     ++count;
   }
   measures.clipped = count > 0 ? full / count : 0;
+  const capture::Lens& lens = capture.views[view.view].camera.lens;
+  const bool isWhole = view.object().width == lens.width && view.object().height == lens.height;
+  measures.isThin = isWhole && std::ranges::none_of(image::eroded(view.object(), 1).inside, std::identity());
   measures.isBlack = std::ranges::none_of(view.radiance.values, [](float value) { return value > 0; });
   return measures;
 }
@@ -291,6 +296,14 @@ std::vector<Finding> checkPlacement(double outlineContrast, std::span<const Smal
                                        "views (expected {})",
                                        *agreement, kAgreeing)
                          : "")}};
+}
+
+std::vector<Finding> checkThinness(std::span<const ViewMeasures> views) {
+  if (views.empty() || !std::ranges::all_of(views, &ViewMeasures::isThin)) return {};
+  return {{Severity::warning,
+           fmt::format("the object is thinner than three pixels in all {} views, so that it mixes "
+                       "with what lies around it",
+                       views.size())}};
 }
 
 std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<const ViewMeasures> views) {

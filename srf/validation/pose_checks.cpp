@@ -1,11 +1,14 @@
 #include "srf/validation/validation.h"
 
 #include "srf/capture/origin.h"
+#include "srf/capture/rig.h"
 #include "srf/validation/small_view.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace surflect::validation {
 
@@ -69,6 +72,23 @@ std::vector<Finding> checkAxes(const capture::Capture& capture) {
                                                    apart.size(), axes.size(), worst(apart))}};
 }
 
+// Lights that all stand in one direction, within a degree, seen from the middle of the scene.
+std::optional<Finding> checkLightSpread(const capture::Capture& capture) {
+  if (capture.lights.size() < 2) return std::nullopt;
+  const auto middle = capture::middleOfScene(capture).value_or(Point3<AcquisitionSpace, double>(0, 0, 0));
+  const double oneDegree = std::cos(std::numbers::pi / 180);
+  const auto first = capture::towardsLight(capture.lights.front(), middle);
+  if (std::ranges::any_of(capture.lights, [&](const capture::Light& light) {
+        return dot(capture::towardsLight(light, middle), first) < oneDegree;
+      }))
+    return std::nullopt;
+  return Finding{
+      Finding::Severity::warning,
+      fmt::format("all {} lights stand in one direction, within a degree: no photograph tells how the "
+                  "object looks under other light",
+                  capture.lights.size())};
+}
+
 } // namespace
 
 std::optional<Finding> checkPrecision(const capture::Capture& capture,
@@ -88,6 +108,7 @@ std::vector<Finding> checkPoses(const capture::Capture& capture) {
              fmt::format("all {} cameras stand at one place: are their positions missing?",
                          capture.views.size())}};
   std::vector<Finding> findings = checkAxes(capture);
+  if (auto alike = checkLightSpread(capture)) findings.push_back(std::move(*alike));
   if (const auto middle = capture::middleOfScene(capture))
     if (auto imprecise = checkPrecision(capture, *middle)) findings.push_back(std::move(*imprecise));
   return findings;

@@ -42,8 +42,8 @@ inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 
 // Poses, without a mesh. Findings: most cameras look away from the point where their axes meet, as with wrong
 // axes or matrix conventions; a camera is thirty times farther away than most (for three or more views whose
-// axes meet); all cameras are at one place; the scene is so far from 0 that float positions are off by more
-// than a tenth of a pixel.
+// axes meet); all cameras are at one place; all lights stand in one direction; the scene is so far from 0
+// that float positions are off by more than a tenth of a pixel.
 std::vector<Finding> checkPoses(const capture::Capture& capture);
 
 // Masks without object, inverted masks, and views without a mask beside views with one: the warnings of
@@ -78,6 +78,7 @@ struct ViewMeasures {
   double brightest = 0; // maximum over the object
   double clipped = 0;   // share of the object at the largest value of the picture's format
   bool isBlack = false; // the whole picture is black
+  bool isThin = false;  // no pixel of the object has all four neighbours, in a picture that was not reduced
 };
 ViewMeasures measure(const capture::Capture& capture, const SmallView& view);
 
@@ -94,6 +95,10 @@ std::optional<double> outlineContrast(std::span<const ViewMeasures> views);
 std::vector<Finding> checkPlacement(double outlineContrast, std::span<const SmallView> views,
                                     const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster,
                                     const Progress& progress);
+
+// Objects that are thinner than three pixels in all views: the weights of a surfel are those of its
+// surroundings.
+std::vector<Finding> checkThinness(std::span<const ViewMeasures> views);
 
 // Photographs that are black (under fixed light, or all of them), or at the largest value of their format in
 // more than half of the object.

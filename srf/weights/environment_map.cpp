@@ -28,6 +28,26 @@ double angularDensity(double u, double v) {
   return theta > 0 ? std::sin(theta) / theta : 1;
 }
 
+// Direction of a point of a map, empty outside of its disk.
+std::optional<Direction3<EnvironmentSpace, double>> directionIn(EnvironmentMapping mapping, double u,
+                                                                double v) {
+  switch (mapping) {
+  case EnvironmentMapping::latLong:
+    return latLongDirection(u, v);
+  case EnvironmentMapping::angular:
+    return angularDirection(u, v);
+  case EnvironmentMapping::mirrorBall:
+    return mirrorBallDirection(u, v);
+  }
+  return std::nullopt;
+}
+
+// Solid angles of the texels of a disk, up to a constant factor; 0 outside.
+double diskDensity(EnvironmentMapping mapping, double u, double v) {
+  if (!directionIn(mapping, u, v)) return 0;
+  return mapping == EnvironmentMapping::angular ? angularDensity(u, v) : 1;
+}
+
 // In double, as a map may have millions of texels.
 double energyOf(const Rgb& light) { return double{light.r} + light.g + light.b; }
 
@@ -91,32 +111,36 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
   return Direction3<EnvironmentSpace, double>{across * right, across * up, -std::cos(theta)};
 }
 
+std::optional<Direction3<EnvironmentSpace, double>> mirrorBallDirection(double u, double v) {
+  const double x = 2 * u - 1, y = 1 - 2 * v, zz = 1 - x * x - y * y; // the normal is (x, y, sqrt(zz))
+  if (zz < 0) return std::nullopt;
+  const double z = std::sqrt(zz);
+  return Direction3<EnvironmentSpace, double>{2 * z * x, 2 * z * y, 2 * zz - 1};
+}
+
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress) {
-  const auto solidAngleSum = [&] { // solid angles of an angular map, before they are scaled to 4 pi
+  const auto densitySum = [&] { // of a disk's texels, whose solid angles are scaled to 4 pi
     double sum = 0;
     for (int y = 0; y < radiance.height; ++y) {
       progress.checkpoint();
-      for (int x = 0; x < radiance.width; ++x) {
-        const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
-        if (angularDirection(u, v)) sum += angularDensity(u, v);
-      }
+      for (int x = 0; x < radiance.width; ++x)
+        sum += diskDensity(mapping, (x + 0.5) / radiance.width, (y + 0.5) / radiance.height);
     }
     return sum;
   };
-  const double scale = mapping == EnvironmentMapping::angular ? 4 * kPi / solidAngleSum() : 1;
+  const bool isDisk = mapping != EnvironmentMapping::latLong;
+  const double scale = isDisk ? 4 * kPi / densitySum() : 1;
 
   EnvironmentMap map;
   for (int y = 0; y < radiance.height; ++y) {
     progress.checkpoint();
     for (int x = 0; x < radiance.width; ++x) {
       const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
-      const auto towards =
-          mapping == EnvironmentMapping::latLong ? latLongDirection(u, v) : angularDirection(u, v);
+      const auto towards = directionIn(mapping, u, v);
       if (!towards) continue;
-      const double solidAngle = mapping == EnvironmentMapping::latLong
-                                    ? latLongSolidAngle(y, radiance.width, radiance.height)
-                                    : scale * angularDensity(u, v);
+      const double solidAngle =
+          isDisk ? scale * diskDensity(mapping, u, v) : latLongSolidAngle(y, radiance.width, radiance.height);
       const auto samples = radiance.at(x, y);
       bool replaced = false, clamped = false;
       const auto irradiance = [&](size_t channel) {
@@ -157,28 +181,6 @@ image::Image linearRec709(image::Picture picture, const std::filesystem::path& p
   return image::decoded(colors, decoder);
 }
 
-// Returns whether a square map is black outside of its circle, as an angular map is: the mean there is at
-// most 1 % of that inside. Texels near the circle do not count, as filters blur it.
-bool hasBlackCorners(const image::Image& radiance) {
-  constexpr double kShare = 0.01;
-  const double margin = 4.0 / radiance.width; // two texels
-  double inside = 0, outside = 0;
-  size_t within = 0, beyond = 0;
-  for (int y = 0; y < radiance.height; ++y)
-    for (int x = 0; x < radiance.width; ++x) {
-      const double r = std::hypot((2 * x + 1.0) / radiance.width - 1, (2 * y + 1.0) / radiance.height - 1);
-      if (r > 1 && r <= 1 + margin) continue;
-      const auto texel = radiance.at(x, y);
-      for (size_t c = 0; c < (radiance.channels >= 3 ? 3u : 1u); ++c) {
-        const double value = std::isfinite(texel[c]) ? std::max(double{texel[c]}, 0.0) : 0;
-        (r > 1 ? outside : inside) += value;
-        ++(r > 1 ? beyond : within);
-      }
-    }
-  return beyond == 0 || within == 0 ||
-         outside / static_cast<double>(beyond) <= kShare * inside / static_cast<double>(within);
-}
-
 } // namespace
 
 EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<EnvironmentMapping> mapping,
@@ -189,23 +191,16 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   if (int64_t{size.width} * size.height > mostPixels)
     throw Error::mismatch("an environment of at most 2^25 pixels", found).in(path);
   if (!mapping && size.width == 2 * size.height) mapping = EnvironmentMapping::latLong;
-  const bool isGuessed = !mapping && size.width == size.height;
-  if (isGuessed) mapping = EnvironmentMapping::angular;
   const bool isCross = 4 * size.width == 3 * size.height || 3 * size.width == 4 * size.height;
   if (!mapping)
-    throw Error::mismatch("twice as wide as high (lat-long), or a square (angular map), or a mapping",
+    throw Error::mismatch("twice as wide as high (lat-long), or a mapping: \"angular\" (light probe) or "
+                          "\"mirror_ball\"",
                           found + (isCross ? " (a cube cross?)" : ""))
         .in(path);
   image::Picture picture = image::readPicture(path);
   if (!picture.isFloat())
     throw Error::mismatch("radiance in floating point (EXR, HDR)",
                           std::to_string(picture.bits) + "-bit samples")
-        .in(path);
-  if (isGuessed && !hasBlackCorners(picture.image))
-    throw Error::mismatch(
-        "an angular map, black outside its circle, or a mapping (an octahedral map or a mirror "
-        "ball must be made lat-long first)",
-        "a square with light in its corners")
         .in(path);
   EnvironmentMap map = environmentOf(linearRec709(std::move(picture), path), *mapping, progress);
   const Rgb total = totalIrradiance(map.texels);

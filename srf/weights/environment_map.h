@@ -6,9 +6,12 @@
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace surflect::weights {
@@ -17,7 +20,14 @@ enum class EnvironmentMapping {
   latLong, // columns are longitudes, rows are latitudes; the whole sphere, twice as wide as high
   angular, // light probe: the distance from the centre is proportional to the angle from -z; the sphere fills
            // a disk
+  mirrorBall, // photograph of a mirror ball that fills the square, by a distant camera on +z
 };
+
+// Words for the mappings, in scripts and options.
+inline constexpr std::array<std::pair<std::string_view, EnvironmentMapping>, 3> kMappings = {
+    {{"latlong", EnvironmentMapping::latLong},
+     {"angular", EnvironmentMapping::angular},
+     {"mirror_ball", EnvironmentMapping::mirrorBall}}};
 
 // Direction of a point of a lat-long map; u runs from the left edge (0) to the right (1), v from top to
 // bottom. Latitude pi (1/2 - v); longitude 2 pi (u - 1/2), from -z towards x.
@@ -27,6 +37,10 @@ Direction3<EnvironmentSpace, double> latLongDirection(double u, double v);
 // in half sides. Empty outside the disk, r > 1.  [Debevec 1998, Rendering Synthetic Objects into Real Scenes,
 // light probe images]
 std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, double v);
+
+// Direction that a point of a mirror ball shows: the ray from the camera on +z is reflected by the normal
+// there, so that the middle shows z. Empty outside the ball. Equal areas show equal solid angles.
+std::optional<Direction3<EnvironmentSpace, double>> mirrorBallDirection(double u, double v);
 
 // Directional light of one texel, or of several merged ones.
 struct EnvironmentLight {
@@ -51,9 +65,8 @@ inline constexpr float kLargestHalf = 65504;
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress = {});
 
-// Reads a map from a file. Without a mapping, a 2:1 picture is lat-long, and a square one with black corners
-// angular. Throws Error for other squares, for unreadable files, samples that are not floating point and more
-// than 2^25 pixels; and Cancelled.
+// Reads a map from a file. Without a mapping, a 2:1 picture is lat-long. Throws Error for other shapes,
+// unreadable files, samples that are not floating point and more than 2^25 pixels; and Cancelled.
 EnvironmentMap readEnvironment(const std::filesystem::path& path,
                                std::optional<EnvironmentMapping> mapping = std::nullopt,
                                const Progress& progress = {});

@@ -229,6 +229,10 @@ Error readError(const std::filesystem::path& path) {
   return Error(std::string("cannot read (") + std::strerror(errno) + ")").in(path);
 }
 
+int64_t changeTime(const struct stat& status) {
+  return int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec;
+}
+
 } // namespace
 
 OpenFile::OpenFile(std::filesystem::path path) : path_(std::move(path)), descriptor_(openForReading(path_)) {
@@ -239,6 +243,7 @@ OpenFile::OpenFile(std::filesystem::path path) : path_(std::move(path)), descrip
     throw error;
   }
   bytes_ = static_cast<uint64_t>(status.st_size);
+  changed_ = changeTime(status);
 }
 
 OpenFile::~OpenFile() {
@@ -246,8 +251,8 @@ OpenFile::~OpenFile() {
 }
 
 OpenFile::OpenFile(OpenFile&& other) noexcept
-    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), bytes_(other.bytes_) {
-}
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), bytes_(other.bytes_),
+      changed_(other.changed_) {}
 
 void OpenFile::read(uint64_t position, std::span<std::byte> bytes) const {
   while (!bytes.empty()) {
@@ -258,6 +263,10 @@ void OpenFile::read(uint64_t position, std::span<std::byte> bytes) const {
     bytes = bytes.subspan(static_cast<size_t>(count));
     position += static_cast<uint64_t>(count);
   }
+  // Afterwards: what was read before a change is what was checked.
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0) throw readError(path_);
+  if (changeTime(status) != changed_) throw Error("has been written to since it was opened").in(path_);
 }
 
 void OpenFile::adviseRead(uint64_t position, uint64_t bytes) const {

@@ -82,7 +82,7 @@ public:
   const std::filesystem::path& path() const { return path_; }
   uint64_t bytes() const { return bytes_; } // when it was opened
   // Reads as many bytes as the span has, from a position on. Throws Error naming the file, also if it ends
-  // before.
+  // before, or has been written to since it was opened: checksums are checked at opening.
   void read(uint64_t position, std::span<std::byte> bytes) const;
   // Advises the system to read bytes ahead.
   void adviseRead(uint64_t position, uint64_t bytes) const;
@@ -91,6 +91,7 @@ private:
   std::filesystem::path path_;
   int descriptor_;
   uint64_t bytes_ = 0;
+  int64_t changed_ = 0; // nanoseconds: when it was last written to
 };
 
 // Whole numbers in the bytes of a file, in either byte order.

@@ -2,10 +2,13 @@
 
 import json
 import os
+import pathlib
 import struct
 import unittest
 
 from support import TestInFolder, run, succeed, write_small_capture
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
 
 def png_size(path):
@@ -74,6 +77,39 @@ class Overlay(TestInFolder):
         result = run("inspect", model, "--overlay", self.folder / "model.png")
         self.assertEqual(result.returncode, 1)
         self.assertIn("--overlay", result.stderr)
+
+    def test_what_a_single_file_is(self):
+        for path, kind, fact in ((EXAMPLES / "environments/studio.exr", "a picture", ("samples", "floating point")),
+                                 (EXAMPLES / "vase/vase.ply", "a mesh", ("triangles", 126912)),
+                                 (EXAMPLES / "warps/rig.glb", "a mesh in glTF, whose y axis points up", ("vertices", 161)),
+                                 (EXAMPLES / "film.toml", "a script", ("warps", 2)),
+                                 (EXAMPLES / "stages/vase.toml", "a stage", ("objects", 4))):
+            with self.subTest(path=path):
+                report = succeed("inspect", path)
+                self.assertEqual(report["file"], kind)
+                self.assertEqual(report[fact[0]], fact[1])
+        neither = self.folder / "neither.toml"
+        neither.write_text("colour = 3\n")
+        self.assertRegex(run("inspect", neither).stderr, r"neither.toml: neither a script \(.*colour.*\) nor a stage \(")
+
+    def test_a_capture_without_faults_is_told_so(self):
+        self.assertIn("no fault was found", run("inspect", self.capture).stderr)
+
+    def test_a_mesh_that_no_key_names_is_told(self):
+        folder = self.folder / "beside"
+        write_small_capture(folder, cameras=3, lights=2)
+        description = json.loads((folder / "transforms.json").read_text())
+        (folder / description.pop("geometry")).rename(folder / "mesh.ply")
+        (folder / "transforms.json").write_text(json.dumps(description))
+        self.assertIn('mesh.ply beside the capture is not used: write "geometry": "mesh.ply"',
+                      run("pack", folder, "-o", self.folder / "beside.srf", "--surfels", "500").stderr)
+
+    def test_surfels_far_apart_are_told_with_the_number_that_is_not(self):
+        model = self.folder / "sparse.srf"
+        result = run("pack", self.capture, "-o", model, "--surfels", "500")
+        self.assertRegex(result.stderr, r"surfels are \d+\.\d pixels of the photographs apart.*--surfels \d+0000, which take \d+\.\d GB")
+        self.assertRegex(run("inspect", model).stderr, r"surfels are \d+\.\d pixels of the photographs apart")
+        self.assertGreater(succeed("inspect", model)["pixels_between_surfels"], 0.75)
 
     def test_options_of_the_overlay_want_it(self):
         for arguments in (["--max-frames", "3"],

@@ -146,13 +146,13 @@ class Interrupt(TestInFolder):
         self.stops_at_any_moment(time.monotonic() - begin, arguments, "the same command again goes on from here")
 
     def test_pack(self):
-        self.stops_at_any_moment(self.packing, self.pack, "the same command again goes on from here")
+        self.stops_at_any_moment(self.packing, self.pack, "the same command again keeps the views that were finished")
 
     def test_pack_of_a_large_mesh(self):
         ribbon = self.folder / "ribbon.ply"
         write_ribbon(ribbon, 1000000)
         self.stops_at_any_moment(1, lambda name: [*self.pack(name), "--mesh", ribbon],
-                                 "the same command again goes on from here")
+                                 "the same command again keeps the views that were finished")
 
     def test_a_second_signal_ends_at_once(self):
         ended = 0

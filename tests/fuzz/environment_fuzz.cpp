@@ -25,7 +25,9 @@ void surflect::fuzz_environment(std::string_view input) {
   if (!std::filesystem::is_symlink(path)) std::filesystem::create_symlink(content, path);
   std::optional<weights::EnvironmentMapping> mapping; // else by its shape
   if (input[0] & 2)
-    mapping = input[0] & 4 ? weights::EnvironmentMapping::angular : weights::EnvironmentMapping::latLong;
+    mapping = input[0] & 8   ? weights::EnvironmentMapping::mirrorBall
+              : input[0] & 4 ? weights::EnvironmentMapping::angular
+                             : weights::EnvironmentMapping::latLong;
   const weights::EnvironmentMap map = weights::readEnvironment(path, mapping);
   for (const weights::EnvironmentLight& light : map.texels) requireLight(light);
   for (const weights::EnvironmentLight& light : weights::clusteredLights(map.texels, 0.01))

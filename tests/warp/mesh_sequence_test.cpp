@@ -66,6 +66,14 @@ TEST_F(MeshSequenceTest, OnlyFilesOfTheNameAreKeys) {
   for (const double frame : {1, 3, 4, 5, 6, 7}) EXPECT_NEAR(shiftAt(frame), 2, 1e-6) << frame;
 }
 
+TEST_F(MeshSequenceTest, FilesOfAnotherPaddingAreNamed) {
+  writeKey("cage.7.obj", 1);
+  EXPECT_NE(complaint("cage.####.obj").find("none, but cage.7.obj: write one # for each digit"),
+            std::string::npos)
+      << complaint("cage.####.obj");
+  EXPECT_EQ(complaint("cage.#.obj"), "no complaint");
+}
+
 TEST_F(MeshSequenceTest, WhatDoesNotFitTheRestMeshIsAnErrorThatNamesFileAndField) {
   EXPECT_NE(complaint().find("cage.##.obj: found none, expected files of this name"), std::string::npos);
   EXPECT_NE(complaint("cage.obj").find("expected a name such as"), std::string::npos);

@@ -49,7 +49,7 @@ protected:
     const scene::Script script = scene::parseScript(
         before + "[[warp]]\ntype = \"mesh\"\nrest = \"cage.obj\"\nframes = \"cage.#.obj\"\n" + after,
         folder / "film.toml");
-    return beyondRestMesh(script, scene::shotTime(script, 1), object);
+    return misplacedRestMesh(script, scene::shotTime(script, 1), object);
   }
   static std::string scale(const std::string& factor) {
     return "[[warp]]\ntype = \"scale\"\nfactor = [" + factor + ", " + factor + ", " + factor + "]\n";
@@ -71,6 +71,25 @@ TEST_F(Unreached, OneInOtherUnitsIsTold) {
   EXPECT_NE(line->find("film.toml: warp[1]: 100 % of the surfels"), std::string::npos) << *line;
   EXPECT_EQ(line->find('\n'), std::string::npos);
   EXPECT_TRUE(of(scale("0.01"))); // all in the hole of the torus
+}
+
+// A torus that stands beside the origin, and the same one after rigid warps about x.
+TEST_F(Unreached, OneWithAnotherAxisUpIsToldWithTheTurnThatMendsIt) {
+  TriangleMesh standing = warp::torus(24, 12);
+  for (auto& p : standing.positions) p = p + Direction3<AcquisitionSpace>(0, 0, 2);
+  object = standing.positions;
+  for (auto& p : standing.positions) { // z up becomes y up
+    const Vec3<float> x = p.raw();
+    p = assume<Point3<AcquisitionSpace>>(Vec3<float>(x[0], x[2], -x[1]));
+  }
+  warp::writeObj(folder / "cage.obj", standing);
+  warp::writeObj(folder / "cage.1.obj", standing);
+  const auto line = of("");
+  ASSERT_TRUE(line);
+  EXPECT_NE(line->find("turned by 90 degrees about x, from y up to z up"), std::string::npos) << *line;
+  EXPECT_NE(line->find("angle_deg = -90 before it"), std::string::npos) << *line;
+  const std::string rigid = "[[warp]]\ntype = \"rigid\"\naxis = [1, 0, 0]\nangle_deg = ";
+  EXPECT_EQ(of(rigid + "-90\n", rigid + "90\n"), std::nullopt);
 }
 
 } // namespace

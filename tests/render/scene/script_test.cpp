@@ -468,7 +468,7 @@ TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
   };
   EXPECT_NE(told("image = \"maps/studio.exr\"", "").find("light[0].image: missing"), std::string::npos);
   EXPECT_NE(told("\"angular\"", "\"cube\"").find("light[0].mapping: found \"cube\""), std::string::npos);
-  EXPECT_NE(told("\"angular\"", "\"cube\"").find("one of latlong, angular"), std::string::npos);
+  EXPECT_NE(told("\"angular\"", "\"cube\"").find("one of latlong, angular, mirror_ball"), std::string::npos);
   EXPECT_NE(told("0.05", "0").find("light[0].error: found 0"), std::string::npos);
   EXPECT_NE(told("0.05", "2").find("0.0001..1"), std::string::npos);
   EXPECT_NE(told("extrapolate", "drop").find("one of extrapolate, fade"), std::string::npos);

@@ -165,6 +165,17 @@ TEST(Texture, OfRoughnessPolishes) {
 
 namespace {
 
+TEST(StageScene, KnowsWhatIsInsideOfAnObject) {
+  std::vector<StageObject> objects = oneObject(sphere({1, 2, 3}, 1, 32), material::Lambert{});
+  objects.push_back({box({1, 2, 6}, {2, 2, 2}, 1), material::Lambert{}});
+  const StageScene scene(objects);
+  EXPECT_TRUE(isInside(scene, {1, 2, 3}));
+  EXPECT_TRUE(isInside(scene, {1.5, 2.4, 3.5}));
+  EXPECT_TRUE(isInside(scene, {1.6, 2.6, 6.6}));
+  EXPECT_FALSE(isInside(scene, {1, 2, 4.5})); // between them
+  EXPECT_FALSE(isInside(scene, {3, 2, 3}));
+}
+
 // A ray's result depends neither on the other rays nor on the beam hint.
 TEST(StageScene, RaysTogetherMeetWhatTheyMeetAlone) {
   std::mt19937 random(1);

@@ -138,6 +138,40 @@ TEST_F(Placement, FindsAMeshOfAnotherSize) {
   EXPECT_TRUE(findings().empty());
 }
 
+TEST_F(Checks, FindLightsThatAllStandInOneDirection) {
+  for (capture::Light& light : capture.lights) light.kind = capture.lights[0].kind;
+  const auto found = checkPoses(capture);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "lights stand in one direction, within a degree")) << found[0].text;
+  capture.lights.resize(1);
+  EXPECT_TRUE(checkPoses(capture).empty());
+}
+
+TEST_F(Checks, FindAnObjectThatIsThinInAllViews) {
+  std::vector<ViewMeasures> views = measures();
+  EXPECT_TRUE(checkThinness(views).empty());
+  for (auto& p : mesh.positions) p = {0.02f * p.x(), 0.02f * p.y(), p.z()}; // a needle
+  capture = studio::photograph({.cameras = 4, .lights = 0, .size = 64, .matte = false}, folder / "bare");
+  views = measures();
+  const auto found = checkThinness(views);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(contains(found[0].text, "thinner than three pixels in all 4 views"));
+  views[0].isThin = false;
+  EXPECT_TRUE(checkThinness(views).empty());
+}
+
+TEST_F(Checks, FindHalfFloatsAtTheirLargestValue) {
+  capture = studio::photograph({.cameras = 5, .lights = 0, .size = 64}, folder / "fixed");
+  image::Image picture(64, 64, 4);
+  for (size_t i = 0; i < picture.values.size(); ++i) picture.values[i] = i % 4 == 3 ? 1.f : 65504.f;
+  image::writeExr(folder / "fixed" / "full.exr", picture);
+  capture.frames[2].picture = "full.exr";
+  capture.frames[2].layer = capture.frames[2].alphaLayer = "";
+  const auto found = checkExposures(capture, measures());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].text, "1 of 5 photographs are overexposed: C2 (100 % of the object)");
+}
+
 TEST_F(Checks, FindBlackAndOverexposedPhotographs) {
   capture = studio::photograph({.cameras = 10, .lights = 0, .size = 64}, folder / "fixed");
   for (const auto& [value, frame] : {std::pair(0.f, 3), std::pair(1.f, 5)}) {

@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
+#include <fstream>
 #include <random>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -243,10 +245,28 @@ TEST_F(File, AnOpenFileIsReadInPiecesUntilItBecomesShorter) {
   EXPECT_EQ(piece(0, 14), "start and rest");
   EXPECT_EQ(piece(14, 0), "");
   fs::resize_file(folder / "a", 8);
-  EXPECT_EQ(piece(0, 5), "start");
   EXPECT_EQ(image::errorOf([&] { piece(6, 3); }), (folder / "a").string() + ": has become shorter");
   EXPECT_THROW(OpenFile(folder / "none"), Error);
   EXPECT_THROW(OpenFile{folder}, Error);
+}
+
+TEST_F(File, AnOpenFileThatIsWrittenToIsRefusedAndOneThatIsReplacedStays) {
+  writeFileAtomically(folder / "a", std::string_view("first"));
+  const OpenFile file(folder / "a");
+  const auto all = [&] {
+    std::string text(5, ' ');
+    file.read(0, std::as_writable_bytes(std::span(text)));
+    return text;
+  };
+  writeFileAtomically(folder / "a", std::string_view("other"));
+  EXPECT_EQ(all(), "first");
+  fs::last_write_time(folder / "a",
+                      fs::last_write_time(folder / "a") - std::chrono::hours(1)); // clocks are coarse
+  const OpenFile now(folder / "a");
+  std::ofstream(folder / "a") << "third";
+  std::string text(5, ' ');
+  EXPECT_EQ(image::errorOf([&] { now.read(0, std::as_writable_bytes(std::span(text))); }),
+            (folder / "a").string() + ": has been written to since it was opened");
 }
 
 TEST_F(File, ReadingAFolderIsAnError) { EXPECT_THROW(readFile(folder), Error); }
