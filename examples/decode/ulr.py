@@ -64,8 +64,8 @@ def composite(camera, fragments, colors):
     number = np.arange(len(fragments.pixel))
     nth = number - np.maximum.accumulate(np.where(fragments.nearest, number, 0))
     for layer in range(nth.max(initial=0) + 1):
-        pixel = fragments.pixel[nth == layer]
-        picture[pixel] += (1 - picture[pixel, 3:]) * colors[nth == layer]
+        pixel, color = fragments.pixel[nth == layer], colors[nth == layer]
+        picture[pixel] += np.maximum(0, 1 - picture[pixel, 3:] / np.maximum(color[:, 3:], 1e-300)) * color
     return picture.reshape(camera.height, camera.width, 4)[..., :3]
 
 

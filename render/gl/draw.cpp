@@ -95,6 +95,8 @@ void draw(const Pass& pass, const VertexArray& mesh, const Range& part, Primitiv
   }
 }
 
+void finishPixels() { glTextureBarrier(); }
+
 void draw(const Pass& pass, const VertexArray& mesh, Primitive primitive) {
   draw(pass, mesh, {0, mesh.size()}, primitive);
 }

@@ -72,4 +72,8 @@ void draw(const Pass& pass, const VertexArray& mesh, const Range& part,
           Primitive primitive = Primitive::triangles);
 void draw(const Pass& pass, const VertexArray& mesh, Primitive primitive = Primitive::triangles);
 
+// Makes pixels that were drawn readable as texels by the draws that follow, even by one that draws to the
+// same texture, if each of its pixels reads no texel but its own.
+void finishPixels();
+
 } // namespace surflect::gl

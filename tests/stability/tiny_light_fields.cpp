@@ -266,7 +266,8 @@ Subject opacitySubject(const std::filesystem::path& folder, olf::Order order) {
   const auto opacity = std::make_shared<const OpenedOpacity>(folder);
   subject.mesh = opacity->field.mesh;
   subject.plain = [=](const LightFieldCamera& camera, const method::Setting&) {
-    return std::optional(olf::referencePicture(opacity->field, opacity->blender, camera).color);
+    olf::Composite& composite = order == olf::Order::bsp ? olf::over : olf::inFrontOf;
+    return std::optional(olf::referencePicture(opacity->field, opacity->blender, camera, composite).color);
   };
   subject.wrongWeights = [=](const Vec3<double>& viewer, Dice&) -> std::string {
     for (const olf::TriangleBlend& blend : opacity->blender.blends(viewer))

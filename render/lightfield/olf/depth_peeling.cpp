@@ -15,8 +15,9 @@ DepthPeeling::DepthPeeling(int width, int height)
                gl::Framebuffer("odd layer", {{&color_}}, {&depths_[1]})},
       none_({}), counter_(4) {}
 
-void DepthPeeling::draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most,
-                        FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer) {
+void DepthPeeling::draw(const gl::Framebuffer& target, const gl::Texture& color, const gl::Program& compose,
+                        size_t most, FrameCounts& counts,
+                        const std::function<size_t(const PeeledLayer&)>& drawLayer) {
   counter_.bind(kCounter);
   size_t before = std::numeric_limits<size_t>::max(); // fragments of the layer before
   for (size_t layer = 0; layer < most; ++layer) {
@@ -30,9 +31,9 @@ void DepthPeeling::draw(const gl::Framebuffer& target, const gl::Program& compos
     if (found == 0 || found >= before) return;
     before = found;
     counts.fragments += found, ++counts.layers;
-    const std::array<const gl::Texture*, 1> drawn{&color_};
-    gl::draw({target, compose, drawn, {.blend = {gl::Factor::oneMinusTargetAlpha, gl::Factor::one}}}, none_,
-             {0, 3});
+    const std::array<const gl::Texture*, 2> textures{&color_, &color};
+    gl::finishPixels(); // each pixel of the target reads itself
+    gl::draw({target, compose, textures}, none_, {0, 3});
   }
 }
 

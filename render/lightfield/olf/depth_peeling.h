@@ -1,7 +1,8 @@
-// Depth peeling: layers of fragments, each behind the one before, composited front to back.
+// Depth peeling: layers of fragments, each behind the one before, composited front to back by inFrontOf()
+// (reference.h).
 //
 // [Everitt 2001] Everitt: Interactive Order-Independent Transparency.   [Vlasic 2003, §6.2]
-// The paper keeps all layers, and blends them back to front; this is the same sum, and takes one layer.
+// The paper keeps all layers, and blends them back to front; this takes one layer.
 #pragma once
 
 #include "render/gl/buffers.h"
@@ -34,9 +35,9 @@ public:
 
   // Calls drawLayer(), which returns the number of fragments, for at most `most` layers, until one has none
   // or no fewer than the one before; and draws each onto the target by a program that reads it as texture 0,
-  // such as compose.frag.
-  void draw(const gl::Framebuffer& target, const gl::Program& compose, size_t most, FrameCounts& counts,
-            const std::function<size_t(const PeeledLayer&)>& drawLayer);
+  // and the target's colour as texture 1, such as compose.frag.
+  void draw(const gl::Framebuffer& target, const gl::Texture& color, const gl::Program& compose, size_t most,
+            FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer);
 
 private:
   gl::Texture color_;

@@ -50,7 +50,7 @@ enum class Blending {
 enum class Order {
   list, // a linked list for each pixel, sorted when all are drawn
   peel, // depth peeling: a pass for each layer
-  bsp   // triangles back to front by a BSP tree, as in the paper
+  bsp   // triangles back to front by a BSP tree, blended by their alpha, as in the paper
 };
 
 inline const char* nameOf(Order order) {

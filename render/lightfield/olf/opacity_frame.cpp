@@ -136,17 +136,18 @@ void OpacityFrame::drawLists(FrameCounts& counts) {
 
 void OpacityFrame::drawLayers(FrameCounts& counts) {
   constexpr size_t kAll = std::numeric_limits<size_t>::max();
-  target_->layers->draw(target_->whole, *compose_, kAll, counts, [&](const PeeledLayer& layer) {
-    const std::array<const gl::Texture*, 2> textures{&pictures_, &layer.before};
-    shade_.set("isFirst", layer.isFirst ? 1 : 0);
-    gl::draw({layer.target,
-              shade_,
-              textures,
-              {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
-             none_, {0, 3 * pieceCount_});
-    ++counts.passes;
-    return layer.fragments.read(0);
-  });
+  target_->layers->draw(target_->whole, target_->color, *compose_, kAll, counts,
+                        [&](const PeeledLayer& layer) {
+                          const std::array<const gl::Texture*, 2> textures{&pictures_, &layer.before};
+                          shade_.set("isFirst", layer.isFirst ? 1 : 0);
+                          gl::draw({layer.target,
+                                    shade_,
+                                    textures,
+                                    {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
+                                   none_, {0, 3 * pieceCount_});
+                          ++counts.passes;
+                          return layer.fragments.read(0);
+                        });
 }
 
 void OpacityFrame::drawSorted(FrameCounts& counts) {

@@ -1,5 +1,6 @@
 // Frames of an opacity light field by OpenGL: referencePicture() (reference.h) in single precision, in one of
-// three visibility orders.
+// three visibility orders. Pieces of a BSP tree come back to front, so that fixed-function blending must
+// composite them by over(); the other orders do by inFrontOf().
 //
 // [Everitt 2001] Everitt: Interactive Order-Independent Transparency.   [Vlasic 2003, §4.2, §6.2]
 // The paper caches the texture coordinates of each vertex in its views. Here the fragment shader multiplies

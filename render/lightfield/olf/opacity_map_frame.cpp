@@ -64,9 +64,9 @@ size_t OpacityMapFrame::drawLayer(const PeeledLayer& layer, size_t terms, lfm::P
 
 void OpacityMapFrame::drawLayers(size_t terms, const MapFrameOptions& options, FrameCounts& counts) {
   if (!target_->layers) target_->layers.emplace(target_->whole.width(), target_->whole.height());
-  target_->layers->draw(target_->whole, compose_, options.layers, counts, [&](const PeeledLayer& layer) {
-    return drawLayer(layer, terms, options.passes, counts);
-  });
+  target_->layers->draw(
+      target_->whole, target_->color, compose_, options.layers, counts,
+      [&](const PeeledLayer& layer) { return drawLayer(layer, terms, options.passes, counts); });
 }
 
 image::Image OpacityMapFrame::render(const capture::Camera<AcquisitionSpace>& camera,

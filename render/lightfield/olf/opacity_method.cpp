@@ -96,12 +96,13 @@ struct RenderOptions {
 const method::Rows<RenderOptions>& renderRows() {
   static const method::Rows<RenderOptions> kRows{
       lightfield::samplesRow<RenderOptions>(),
-      row<RenderOptions>(
-          "order", [](auto& o) -> auto& { return o.order; },
-          {.domain = words({"list", "peel", "bsp"}),
-           .paper = "bsp",
-           .help = "order of depths: a list for each pixel, depth peeling, or triangles sorted by a BSP tree",
-           .atOpening = true}),
+      row<RenderOptions>("order", [](auto& o) -> auto& { return o.order; },
+                         {.domain = words({"list", "peel", "bsp"}),
+                          .paper = "bsp",
+                          .help = "order of depths: a list for each pixel, depth peeling, or triangles "
+                                  "sorted by a BSP tree and blended "
+                                  "by alpha",
+                          .atOpening = true}),
       row<RenderOptions>("bsp_trees", [](auto& o) -> auto& { return o.bspTrees; },
                          {.domain = wholeRange(1, kMostTrees),
                           .help = "random insertions of which the smallest BSP tree is used",

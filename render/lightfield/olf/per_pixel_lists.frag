@@ -1,6 +1,7 @@
 #version 450 core
 // Composites the linked list of a pixel, nearest first. Fragments at one depth are in the order of their triangles.
 // Each step looks for the next fragment in the whole list, which is short: so it needs no array, and no limit.
+#include "composite.glsl"
 
 layout(std430, binding = 4) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 5) readonly buffer Nodes { uint nodes[]; };
@@ -31,7 +32,7 @@ void main() {
     }
     if (best == 0u) break;
     uint at = kNodeWords * (best - 1u) + 3u;
-    sum += (1.0 - sum.a) * vec4(unpackHalf2x16(nodes[at]), unpackHalf2x16(nodes[at + 1u]));
+    sum = inFrontOf(sum, vec4(unpackHalf2x16(nodes[at]), unpackHalf2x16(nodes[at + 1u])));
     lastDepth = bestDepth;
     lastTriangle = bestTriangle;
   }

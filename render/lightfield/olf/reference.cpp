@@ -89,9 +89,10 @@ Eigen::Vector4d blendAt(const OpacityField& field, const TriangleBlend& blend, c
   return sum;
 }
 
-ReferencePicture composited(
-    const TriangleMesh& mesh, const capture::Camera<AcquisitionSpace>& camera,
-    const std::function<Eigen::Vector4d(const FrontHit& hit, const Vec3<double>& direction)>& colorOf) {
+ReferencePicture
+composited(const TriangleMesh& mesh, const capture::Camera<AcquisitionSpace>& camera,
+           const std::function<Eigen::Vector4d(const FrontHit& hit, const Vec3<double>& direction)>& colorOf,
+           Composite& composite) {
   const int width = camera.lens.width, height = camera.lens.height;
   const auto worldFromCamera = camera.cameraFromWorld.inverse();
   const Vec3<double> origin = camera.center().raw();
@@ -116,7 +117,7 @@ ReferencePicture composited(
   tbb::parallel_for(size_t{0}, hits.size(), [&](size_t pixel) {
     std::ranges::sort(hits[pixel], isBefore);
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const FrontHit& hit : hits[pixel]) sum += (1 - sum[3]) * colorOf(hit, directions[pixel]);
+    for (const FrontHit& hit : hits[pixel]) sum = composite(sum, colorOf(hit, directions[pixel]));
     for (size_t c = 0; c < 4; ++c)
       picture.color.values[4 * pixel + c] = static_cast<float>(sum[static_cast<Eigen::Index>(c)]);
   });
@@ -124,12 +125,13 @@ ReferencePicture composited(
 }
 
 ReferencePicture referencePicture(const OpacityField& field, const ViewBlender& blender,
-                                  const capture::Camera<AcquisitionSpace>& camera) {
+                                  const capture::Camera<AcquisitionSpace>& camera, Composite& composite) {
   const Vec3<double> origin = camera.center().raw();
   const std::vector<TriangleBlend> blends = blender.blends(origin);
-  return composited(field.mesh, camera, [&](const FrontHit& hit, const Vec3<double>& direction) {
+  const auto colorOf = [&](const FrontHit& hit, const Vec3<double>& direction) {
     return blendAt(field, blends[hit.triangle], origin + hit.distance * direction, hit.barycentric);
-  });
+  };
+  return composited(field.mesh, camera, colorOf, composite);
 }
 
 ReferencePicture referencePicture(const OpacityMaps& maps, const capture::Camera<AcquisitionSpace>& camera,

@@ -3,6 +3,7 @@
 #include "tests/render/lightfield/olf/painted_field.h"
 
 #include <cmath>
+#include <random>
 #include <set>
 
 namespace surflect::olf {
@@ -48,7 +49,55 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
   }
 }
 
-TEST(OpacityReference, LayersAreCompositedByTheirAlpha) {
+// The same where layers are behind each other, over all pixels that show the object.
+TEST(OpacityReference, APhotographOfManyLayersComesBack) {
+  for (const Blending method : {Blending::vdtm, Blending::ulr}) {
+    OpacityField field = paintedField(rowOfSpheres(4), 40, 48, method);
+    field.visible = {};
+    for (uint32_t i = 0; i <= field.mesh.positions.size(); ++i) field.visible.first.push_back(40 * i);
+    for (uint32_t i = 0; i < 40 * field.mesh.positions.size(); ++i) field.visible.views.push_back(i % 40);
+    const ViewBlender blender(field);
+    for (const size_t view : {0u, 13u, 29u}) {
+      const ReferencePicture picture = referencePicture(field, blender, field.cameras[view]);
+      EXPECT_GE(picture.mostLayers, 2u);
+      double squares = 0, count = 0;
+      for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 48; ++x) {
+          if (picture.color.at(x, y)[3] == 0) continue;
+          for (size_t c = 0; c < 4; ++c, ++count) {
+            const float alpha = painted(view, x, y, 3),
+                        truth = c < 3 ? alpha * painted(view, x, y, c) : alpha;
+            squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
+          }
+        }
+      EXPECT_GT(count, 1200);
+      const double decibels = -10 * std::log10(squares / count);
+      RecordProperty("decibels", std::to_string(decibels));
+      EXPECT_GE(decibels, 76);
+    }
+  }
+}
+
+TEST(OpacityReference, TheOpacityOfLayersIsThatOfTheMostOpaqueAndOpaqueLayersHideTheRest) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> number(0, 1);
+  for (int trial = 0; trial < 1000; ++trial) {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    double most = 0;
+    for (int layer = 0; layer < 4; ++layer) {
+      const double alpha = number(random);
+      sum = inFrontOf(sum, alpha * Eigen::Vector4d(0.2, 0.5, 0.8, 1)); // of one colour
+      most = std::max(most, alpha);
+      EXPECT_LE((sum - most * Eigen::Vector4d(0.2, 0.5, 0.8, 1)).norm(), 1e-12);
+      EXPECT_EQ(inFrontOf(sum, sum), sum);
+    }
+    const Eigen::Vector4d opaque(number(random), 0.3, 0.1, 1);
+    EXPECT_EQ(inFrontOf(opaque, sum), opaque);
+    EXPECT_LE((inFrontOf(sum, opaque) - over(sum, opaque)).norm(), 1e-12);
+  }
+}
+
+TEST(OpacityReference, LayersOfOneTexelAreCompositedByTheirAlpha) {
   // Two parallel squares, which face +z; one view along z.
   OpacityField field;
   field.method = Blending::ulr;
@@ -64,9 +113,12 @@ TEST(OpacityReference, LayersAreCompositedByTheirAlpha) {
   field.visible.views.assign(8, 0);
   const ReferencePicture picture = referencePicture(field, ViewBlender(field), field.cameras[0]);
   EXPECT_EQ(picture.mostLayers, 2u);
-  EXPECT_NEAR(picture.color.at(15, 18)[0], 0.25 + 0.5 * 0.25, 1e-6);
-  EXPECT_NEAR(picture.color.at(15, 18)[3], 0.75, 1e-6);
+  EXPECT_NEAR(picture.color.at(15, 18)[0], 0.25, 1e-6);
+  EXPECT_NEAR(picture.color.at(15, 18)[3], 0.5, 1e-6);
   EXPECT_EQ(picture.color.at(0, 0)[3], 0);
+  const ReferencePicture independent = referencePicture(field, ViewBlender(field), field.cameras[0], over);
+  EXPECT_NEAR(independent.color.at(15, 18)[0], 0.25 + 0.5 * 0.25, 1e-6);
+  EXPECT_NEAR(independent.color.at(15, 18)[3], 0.75, 1e-6);
   // From behind nothing is seen.
   const ReferencePicture back =
       referencePicture(field, ViewBlender(field), studio::cameraFrom<AcquisitionSpace>({0, 0, -1}, 32));
