@@ -46,8 +46,8 @@ std::vector<lfm::DiscPoint> sitesOf(const Resampling& resampling, const Views& v
                                     const Vec3<double>& point) {
   std::vector<lfm::DiscPoint> sites;
   for (const uint32_t view : views)
-    sites.push_back(lfm::discPoint(resampling.rings.frame(vertex),
-                                   assume<lfm::Direction>(towards(resampling, view, point))));
+    sites.push_back(
+        lfm::discPoint(resampling.frames[vertex], assume<lfm::Direction>(towards(resampling, view, point))));
   return sites;
 }
 
@@ -56,7 +56,7 @@ Views viewsOf(const Resampling& resampling, uint32_t vertex) {
   const Vec3<double> p = resampling.field.mesh.positions[vertex].raw().cast<double>();
   Views above;
   for (const uint32_t view : visible)
-    if (towards(resampling, view, p).dot(resampling.rings.frame(vertex).z) > 0) above.push_back(view);
+    if (towards(resampling, view, p).dot(resampling.frames[vertex].z) > 0) above.push_back(view);
   return above.empty() ? Views(visible.begin(), visible.end()) : above;
 }
 
@@ -73,6 +73,23 @@ std::vector<Eigen::Vector4f> texelsOf(const OpacityField& field, const Views& vi
 }
 
 } // namespace
+
+std::vector<lfm::VertexFrame> viewFrames(const OpacityField& field, const lfm::Rings& rings) {
+  std::vector<lfm::VertexFrame> frames;
+  for (uint32_t vertex = 0; vertex < field.mesh.positions.size(); ++vertex) {
+    const Vec3<double> p = field.mesh.positions[vertex].raw().cast<double>();
+    Vec3<double> sum = Vec3<double>::Zero();
+    for (const uint32_t view : field.visible.of(vertex)) {
+      const Vec3<double> towards = (field.cameras[view].center().raw() - p).normalized();
+      if (std::ranges::any_of(rings.around(vertex), [&](const lfm::RingTriangle& around) {
+            return areaVector(field.mesh, around.triangle).dot(towards) > 0;
+          }))
+        sum += towards;
+    }
+    frames.push_back(sum.norm() > 1e-6 ? lfm::frameAlong(sum) : rings.frame(vertex));
+  }
+  return frames;
+}
 
 lfm::LightFieldMatrix OpacityMatrix::view() const { return {rows, cells, values, weights, kMapChannels}; }
 
@@ -150,12 +167,6 @@ TriangleMesh weldedMesh(const TriangleMesh& mesh, const lfm::Rings& rings) {
   return welded;
 }
 
-std::vector<lfm::VertexFrame> framesOf(const lfm::Rings& rings, size_t vertices) {
-  std::vector<lfm::VertexFrame> frames;
-  for (uint32_t v = 0; v < vertices; ++v) frames.push_back(rings.frame(v));
-  return frames;
-}
-
 struct VertexReport {
   std::vector<lfm::FactorError> errors; // after 0, 1, ... terms
   size_t terms = 0;
@@ -188,10 +199,10 @@ OpacityMaps mapsOf(const OpacityField& field, const lfm::Rings& rings, const Map
   const lfm::PatchGrid patch(options.samples);
   const lfm::ViewGrid grid(options.viewSize);
   requireMemoryFor(rings, {options.samples, options.viewSize, options.terms, kMapChannels});
-  const Resampling resampling{field, rings, patch, grid, whiteLevel(field.packed)};
-  lfm::MapStore store(emptyMaps(weldedMesh(field.mesh, rings), framesOf(rings, field.mesh.positions.size()),
-                                lfm::Factorization::pca, options.samples, options.viewSize, options.terms,
-                                kMapChannels),
+  const std::vector<lfm::VertexFrame> frames = viewFrames(field, rings);
+  const Resampling resampling{field, rings, frames, patch, grid, whiteLevel(field.packed)};
+  lfm::MapStore store(emptyMaps(weldedMesh(field.mesh, rings), frames, lfm::Factorization::pca,
+                                options.samples, options.viewSize, options.terms, kMapChannels),
                       rings);
   const std::span<const uint32_t> vertices = rings.vertices();
   std::vector<VertexReport> reports(vertices.size());

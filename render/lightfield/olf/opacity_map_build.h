@@ -25,14 +25,21 @@ namespace surflect::olf {
 //
 // [Vlasic 2003, §6.1, Fig. 6] Vlasic et al.: Opacity Light Fields, I3D.
 //
-// The views of a vertex are those of VisibleViews above its horizon, or all where none is. Unlike those of
-// lfm/vertex_matrix.h, they are the same for all its rows: where the object is transparent, a view sees that,
-// too. So cells are observed for all rows or for none.
+// The views of a vertex are those of VisibleViews above the horizon of its frame, or all where none is.
+// Unlike those of lfm/vertex_matrix.h, they are the same for all its rows: where the object is transparent, a
+// view sees that, too. So cells are observed for all rows or for none.
+
+// Frames whose view maps hold the views of each vertex: along the mean direction to the visible views that
+// face a triangle around it. Along its normal, which the paper takes, many of these views are below the
+// horizon of a vertex at the outline, and share the rim of the map with views from above. Vertices that no
+// view faces, or whose directions cancel, have the frames of the rings.
+std::vector<lfm::VertexFrame> viewFrames(const OpacityField& field, const lfm::Rings& rings);
 
 // A field, and how it is resampled. What it refers to must outlive it.
 struct Resampling {
   const OpacityField& field;
-  const lfm::Rings& rings; // of the field's mesh
+  const lfm::Rings& rings;                     // of the field's mesh
+  const std::vector<lfm::VertexFrame>& frames; // #positions
   lfm::PatchGrid patch;
   lfm::ViewGrid grid;
   double white = 1; // radiance

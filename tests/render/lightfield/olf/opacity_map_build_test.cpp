@@ -160,6 +160,45 @@ TEST(OpacityMapBuild, FromTheDirectionOfAViewItsTexelIsShownNearly) {
   EXPECT_LT(std::sqrt(squares / count), 0.06);
 }
 
+// A cushion, and views from above alone, whose opacity rises with their height. Where a view faces a triangle
+// from below the horizon of one of its vertices, that triangle has the opacity of the view.
+TEST(OpacityMapBuild, AtTheOutlineATriangleShowsTheViewsThatFaceIt) {
+  TriangleMesh cushion = lightfield::bumpySphere(0, 12);
+  for (auto& p : cushion.positions) p = {p.raw()[0], p.raw()[1], 0.35f * p.raw()[2]};
+  OpacityField field = paintedField(std::move(cushion), 120, kTexels, Blending::vdtm);
+  std::erase_if(field.cameras, [](const auto& camera) { return camera.center().raw()[2] < 0; });
+  field.packed.views.resize(field.cameras.size());
+  field.packed.texels.resize(field.cameras.size() * kTexels * kTexels);
+  const auto views = static_cast<uint32_t>(field.cameras.size());
+  field.visible = {};
+  for (uint32_t v = 0; v <= field.mesh.positions.size(); ++v) field.visible.first.push_back(v * views);
+  for (uint32_t i = 0; i < field.visible.first.back(); ++i) field.visible.views.push_back(i % views);
+  const auto alphaOf = [&](size_t view) {
+    return 0.1f + 0.8f * static_cast<float>(field.cameras[view].center().raw().normalized()[2]);
+  };
+  paint(field, [&](size_t view) { return std::array{0.f, alphaOf(view), 0.f, alphaOf(view)}; });
+  const lfm::Rings rings(field.mesh);
+  const OpacityMaps maps = built(field, {.samples = 5, .viewSize = 16});
+  double squares = 0, count = 0;
+  for (uint32_t triangle = 0; triangle < field.mesh.triangles.size(); ++triangle)
+    for (uint32_t view = 0; view < views; ++view) {
+      Vec3<double> middle = Vec3<double>::Zero();
+      for (const uint32_t v : field.mesh.triangles[triangle])
+        middle += field.mesh.positions[v].cast<double>().raw() / 3;
+      const Vec3<double> d = (field.cameras[view].center().raw() - middle).normalized();
+      const bool isBelow = std::ranges::any_of(field.mesh.triangles[triangle],
+                                               [&](uint32_t v) { return d.dot(rings.frame(v).z) < 0; });
+      if (!isBelow || !(d.dot(areaVector(field.mesh, triangle)) > 0)) continue;
+      const double alpha =
+          colorAt(maps, {triangle, 1.0 / 3, 1.0 / 3}, assume<lfm::Direction>(d), lfm::kMostTerms)[3];
+      const double error = std::abs(alpha - static_cast<double>(alphaOf(view)));
+      squares += error * error, ++count;
+    }
+  EXPECT_GT(count, 500);
+  RecordProperty("rms", std::to_string(std::sqrt(squares / count)));
+  EXPECT_LT(std::sqrt(squares / count), 0.065); // 0.093 with frames along normals
+}
+
 TEST(OpacityMapBuild, IsTheSameForAnyNumberOfThreads) {
   const OpacityField field = sphereField();
   const std::vector<std::byte> expected = lfm::mapsBytes(built(field).maps);
