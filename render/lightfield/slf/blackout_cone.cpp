@@ -149,11 +149,12 @@ RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer) {
   for (const Vec3<double>& corner : bound.corners) scale = std::max(scale, (corner - middle).norm());
   view.cone.axis = (viewer - middle).normalized();
   bool isOutside = (viewer - middle).norm() > 1e-6 * scale;
-  for (size_t i = 0; i < kPrismCorners; ++i) {
-    const Vec3<double> direction = viewer - bound.corners[i];
+  for (const Vec3<double>& corner : bound.corners) {
+    const Vec3<double> direction = viewer - corner;
     const bool isApart = direction.norm() > 1e-6 * scale && direction.norm() > 0;
     isOutside &= isApart;
-    view.directions[i] = isApart ? Vec3<double>(direction.normalized()) : Vec3<double>(Vec3<double>::UnitZ());
+    view.directions.push_back(isApart ? Vec3<double>(direction.normalized())
+                                      : Vec3<double>(Vec3<double>::UnitZ()));
   }
   double widest = 0;
   for (const Vec3<double>& direction : view.directions)

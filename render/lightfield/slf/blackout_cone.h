@@ -17,6 +17,7 @@
 #include <numbers>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace surflect::slf {
 
@@ -66,8 +67,8 @@ RegionBound boundOf(const TriangleMesh& mesh, const Chart& chart);
 
 // Directions from a region to the viewer. Rays of pixels differ from it by rounding alone.
 struct RegionView {
-  std::array<Vec3<double>, kPrismCorners> directions; // from the corners of the prism; unit, finite
-  Cone cone; // around them; all directions where the viewer is inside
+  std::vector<Vec3<double>> directions; // from the corners of the prism; unit, finite
+  Cone cone;                            // around them; all directions where the viewer is inside
 };
 RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer);
 

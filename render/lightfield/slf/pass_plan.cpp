@@ -62,6 +62,20 @@ std::array<Vec3<double>, 4> cornerRays(const gl::Rect& rect,
   return rays;
 }
 
+// Directions to the viewer along the rays of a pixel rectangle.
+RegionView viewThrough(const gl::Rect& rect, const capture::Camera<AcquisitionSpace>& camera) {
+  RegionView view;
+  Vec3<double> sum = Vec3<double>::Zero();
+  for (const Vec3<double>& ray : cornerRays(rect, camera))
+    sum += view.directions.emplace_back(-ray.normalized());
+  view.cone.axis = sum.normalized();
+  double widest = 0;
+  for (const Vec3<double>& direction : view.directions)
+    widest = std::max(widest, angleBetween(view.cone.axis, direction));
+  view.cone.halfAngle = Angle::fromRadians(widest);
+  return view;
+}
+
 // Part of a convex polygon of rays on the side of a plane through the camera.
 std::vector<Vec3<double>> clipped(const std::vector<Vec3<double>>& polygon, const Vec3<double>& inwards) {
   std::vector<Vec3<double>> kept;
@@ -132,7 +146,11 @@ PassPlan PassPlanner::plan(const capture::Camera<AcquisitionSpace>& camera, cons
     passes.scissor = options.scissor && rect ? *rect : whole;
     const DirectionMesh& mesh = field_->directionsOf(r);
     if (options.directionCulling) {
-      passes.triangles = trianglesInView(mesh, view, margin, starts_[r]);
+      // Both hold all directions along which a pixel sees the region. From near, the picture shows a part of
+      // it, and has the narrower cone.
+      const RegionView shown = viewThrough(rect.value_or(whole), camera);
+      const bool isNear = shown.cone.halfAngle.radians() < view.cone.halfAngle.radians();
+      passes.triangles = trianglesInView(mesh, isNear ? shown : view, margin, starts_[r]);
       passes.directions = cornersOf(mesh, passes.triangles);
     } else {
       passes.triangles = upTo(mesh.triangles().size());

@@ -122,6 +122,23 @@ TEST(PassPlan, EachKindOfCullingLeavesOutPasses) {
   EXPECT_LT(static_cast<double>(byRegion), 0.7 * static_cast<double>(all));
 }
 
+// From within the prisms of its regions, too, a picture has few directions.
+TEST(PassPlan, ACloseUpNeedsNoMorePassesForARegionThanItHasDirections) {
+  const Field field = syntheticField({.cells = 2, .quads = 6, .subdivisions = 3, .bump = 0});
+  PassPlanner planner(field);
+  std::mt19937 random(6);
+  size_t most = 0;
+  for (const double distance : {1.001, 1.01, 1.05}) // from the middle of a sphere of radius 1
+    for (int i = 0; i < 20; ++i) {
+      const Vec3<double> towards = randomUnit(random);
+      const Camera camera = cameraAt(distance * towards, 0.1 * randomUnit(random) - towards, 60, 60, 200);
+      for (const RegionPasses& region : planner.plan(camera).regions)
+        most = std::max(most, region.directions.size());
+    }
+  RecordProperty("most", static_cast<int>(most));
+  EXPECT_LE(most, 14u); // 17 x 17 degrees, and corners 11 degrees apart
+}
+
 TEST(PassPlan, NothingIsDrawnOfAnObjectBehindTheCamera) {
   const Field field = syntheticField();
   EXPECT_EQ(PassPlanner(field).plan(cameraAt({0, 0, 4}, {0, 0, 1}, 32, 24, 30)).passes(), 0u);
