@@ -119,7 +119,7 @@ Subject subjectOf(const std::filesystem::path& folder, const method::Setting& se
 // Surface light fields
 
 void buildSlf(const lightfield::Views& views, const std::filesystem::path& folder) {
-  slf::build(views, {.regions = 8, .texels = 600, .directions = 18}, folder);
+  slf::build(views, {.regions = 8, .texels = 600, .directions = 18, .tolerance = 0}, folder);
 }
 
 Subject slfSubject(const std::filesystem::path& folder, const method::Setting& options) {

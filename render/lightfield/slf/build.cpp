@@ -30,8 +30,6 @@ namespace surflect::slf {
 
 namespace {
 
-constexpr size_t kFinestDirections = 258;
-
 // Texels of regions that are in memory together.
 constexpr size_t kBatchTexels = 40'000;
 
@@ -127,8 +125,8 @@ public:
   Builder(const lightfield::Views& views, std::vector<Chart> charts, const BuildOptions& options,
           const Progress& progress)
       : views_(views), options_(options), progress_(progress), charts_(std::move(charts)),
-        base_(subdividedOctahedron(options.directions)),
-        fine_(subdividedOctahedron(std::max(kFinestDirections, options.directions))),
+        base_(subdividedOctahedron(
+            options.directions.value_or(directionsFor(views.ofSplit(capture::Split::train).size())))),
         photographs_(
             timed(report.photographSeconds, [&] { return lightfield::Photographs(views, progress); })),
         sight_(photographs_, views.rays()), normals_(views.mesh(), progress) {
@@ -138,6 +136,7 @@ public:
     if (options_.tolerance > 0) whiteLevel_ = photographs_.whiteLevel();
     report.regions = charts_.size();
     report.photographs = photographs_.size();
+    report.directions = base_.directions().size();
   }
 
   BuildReport report;
@@ -194,10 +193,10 @@ private:
 
   void resampleWork(Work& work, size_t region) const {
     if (options_.tolerance > 0) {
-      const auto kept = adaptedDirections(directionalRadiance(*work.observations, fine_, options_.blend),
-                                          fine_, options_.tolerance * whiteLevel_);
+      const auto kept = adaptedDirections(directionalRadiance(*work.observations, base_, options_.blend),
+                                          base_, options_.tolerance * whiteLevel_);
       std::vector<Direction> directions;
-      for (const size_t i : kept) directions.push_back(fine_.directions()[i]);
+      for (const size_t i : kept) directions.push_back(base_.directions()[i]);
       work.ownDirections.emplace(std::move(directions));
     }
     const DirectionMesh& directions = work.ownDirections ? *work.ownDirections : base_;
@@ -259,7 +258,7 @@ private:
   const BuildOptions& options_;
   const Progress& progress_;
   std::vector<Chart> charts_;
-  DirectionMesh base_, fine_;
+  DirectionMesh base_;
   lightfield::Photographs photographs_;
   lightfield::Sight sight_;
   SmoothNormals normals_;
@@ -275,7 +274,7 @@ void requireOptions(const BuildOptions& options) {
   if (options.regions < 1) throw Error::mismatch("at least 1", "0").at("regions");
   if (!(options.tolerance >= 0 && std::isfinite(options.tolerance)))
     throw Error::mismatch("a number not below 0", numberText(options.tolerance)).at("tolerance");
-  subdivisionsOf(options.directions);
+  if (options.directions) subdivisionsOf(*options.directions);
 }
 
 size_t texelsOf(std::span<const Chart> charts) {
@@ -285,6 +284,15 @@ size_t texelsOf(std::span<const Chart> charts) {
 }
 
 } // namespace
+
+size_t directionsFor(size_t photographs) {
+  const auto ratio = [&](size_t directions) {
+    const auto a = static_cast<double>(directions), b = static_cast<double>(std::max<size_t>(1, photographs));
+    return std::max(a / b, b / a);
+  };
+  constexpr std::array<size_t, 3> kChoices{18, 66, 258};
+  return *std::ranges::min_element(kChoices, {}, ratio);
+}
 
 BuildReport buildWithCharts(const lightfield::Views& views, std::vector<Chart> charts,
                             const BuildOptions& options, const std::filesystem::path& path,

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace surflect::slf {
@@ -18,19 +19,24 @@ struct BuildOptions {
   // Texels of the surface to aim at. 0: texels are as wide as a photograph's pixels on the surface, but not
   // more than kMostTexels.
   size_t texels = 0;
-  // Sample directions: a subdivided octahedron's (octahedronDirections): 6, 18, 66, 258 or 1026.
-  size_t directions = 66;
-  // Above 0: each region keeps its own subset of 258 sample directions (or of `directions`, if these are
-  // more), so that the textures left out are reproduced within this error, relative to the white level of the
-  // photographs (resample.h).
-  double tolerance = 0;
+  // Sample directions: a subdivided octahedron's (octahedronDirections): 6, 18, 66, 258 or 1026; none:
+  // directionsFor() the photographs.
+  std::optional<size_t> directions = {};
+  // Above 0: each region keeps its own subset of the sample directions, so that the textures left out are
+  // reproduced within this error, relative to the white level of the photographs (resample.h).
+  double tolerance = 0.002;
   Blend blend = Blend::ulr;
 };
 inline constexpr size_t kMostTexels = 500'000;
 
+// Sample directions for so many photographs: of 18, 66 and 258, the number with the least ratio to theirs.
+// Fewer directions blend photographs that differ; more repeat them.
+size_t directionsFor(size_t photographs);
+
 struct BuildReport {
   size_t regions = 0;
   size_t photographs = 0;
+  size_t directions = 0;      // of a region, at most
   double texelSize = 0;       // in scene units
   double pixelFootprint = 0;  // width of a photograph's pixel on the surface, in scene units
   size_t directionMeshes = 0; // different ones

@@ -35,10 +35,13 @@ const method::Rows<BuildOptions>& buildRows() {
            .help = "texels of the surface in one direction; 0: as fine as the photographs, 500000 at most"}),
       row<BuildOptions>("directions", [](auto& o) -> auto& { return o.directions; },
                         {.domain = std::vector<method::Value>{6, 18, 66, 258, 1026},
-                         .help = "sample directions of each region"}),
+                         .paper = 66.0,
+                         .help = "sample directions of each region; default: 18, 66 or 258, about as many as "
+                                 "photographs"}),
       row<BuildOptions>(
           "tolerance", [](auto& o) -> auto& { return o.tolerance; },
           {.domain = method::Range{0, 1},
+           .paper = 0.0,
            .help = "leave out directions that the others reproduce within this error, relative to white; 0: "
                    "none"}),
       row<BuildOptions>(
@@ -60,12 +63,13 @@ method::BuildReport buildField(const method::BuildInput& input, const Setting& s
                           report.unseenRegions, report.blackRegions));
   input.say(fmt::format("{}: {} textures of {} in {} directions, {} texels of the surface, {}; {:.0f} % of "
                         "all texels are filled in, as no photograph looked from their direction; {:.1f} s",
-                        input.output.string(), report.texturesStored, report.regions, options.directions,
+                        input.output.string(), report.texturesStored, report.regions, report.directions,
                         report.surfaceTexels, lightfield::mebibytes(report.bytes), 100 * report.inventedShare,
                         watch.seconds()));
   const auto count = [](auto number) { return static_cast<double>(number); };
   return {.counts = {{"regions", count(report.regions)},
                      {"photographs", count(report.photographs)},
+                     {"directions", count(report.directions)},
                      {"texel_size", report.texelSize},
                      {"pixel_footprint", report.pixelFootprint},
                      {"direction_meshes", count(report.directionMeshes)},

@@ -26,7 +26,7 @@ Rgb constant(const Vec3<double>&, const Vec3<double>&) { return kColor; }
 class Built {
 public:
   Built(const TriangleMesh& mesh, const boxes::RadianceAt& radianceAt, const boxes::Shoot& shoot,
-        const BuildOptions& options = {.directions = 18})
+        const BuildOptions& options = {.directions = 18, .tolerance = 0})
       : views((boxes::writeCapture(mesh, radianceAt, shoot, folder / "views"), folder / "views")),
         report(
             buildWithCharts(views, boxes::faceCharts(views.mesh(), kChartSide), options, folder / "field")),
@@ -56,7 +56,7 @@ size_t regionFacing(const Field& field, const Vec3<double>& normal) {
 TEST(Build, AnObjectOfOneColourHasThatColourInEveryTexel) {
   for (const Blend blend : {Blend::nearest, Blend::ulr, Blend::fitted}) {
     const Built built(boxes::unitCube(), constant, {studio::spiral(24), 32, 0.3},
-                      {.directions = 18, .blend = blend});
+                      {.directions = 18, .tolerance = 0, .blend = blend});
     const Field& field = built.opened.field;
     ASSERT_EQ(field.regions.size(), 6u);
     size_t stored = 0;
@@ -200,6 +200,33 @@ TEST(Build, AMatteObjectNeedsFewDirections) {
   const Built built(boxes::unitCube(), matte, shoot, {.directions = 66, .tolerance = 0.02});
   for (size_t region = 0; region < 6; ++region)
     EXPECT_LE(built.opened.field.directionsOf(region).directions().size(), 18u);
+}
+
+// Radiance with a wave in direction: all directions are kept.
+TEST(Build, AGlossyObjectHasAboutAsManyDirectionsAsPhotographs) {
+  const auto glossy = [](const Vec3<double>&, const Vec3<double>& towards) {
+    return Rgb{static_cast<float>(1 + std::sin(9 * towards[0]) * std::cos(8 * towards[1] + towards[2])), 1,
+               1};
+  };
+  for (const auto& [photographs, directions] : {std::pair(24, 18u), {50, 66u}, {200, 258u}}) {
+    const Built built(boxes::unitCube(), glossy, {studio::spiral(photographs), 24, 0.3}, {.tolerance = 0});
+    EXPECT_EQ(built.report.directions, directions);
+    for (size_t region = 0; region < 6; ++region)
+      EXPECT_EQ(built.opened.field.directionsOf(region).directions().size(), directions);
+    const Built adapted(boxes::unitCube(), glossy, {studio::spiral(photographs), 24, 0.3}, {});
+    EXPECT_EQ(adapted.report.directions, directions);
+    EXPECT_LE(adapted.report.textures, built.report.textures);
+    EXPECT_GT(adapted.report.textures, built.report.textures / 3);
+  }
+}
+
+TEST(Build, TheNumberOfDirectionsGrowsWithThatOfPhotographs) {
+  EXPECT_EQ(directionsFor(0), 18u);
+  EXPECT_EQ(directionsFor(34), 18u);
+  EXPECT_EQ(directionsFor(35), 66u);
+  EXPECT_EQ(directionsFor(130), 66u);
+  EXPECT_EQ(directionsFor(131), 258u);
+  EXPECT_EQ(directionsFor(100'000), 258u);
 }
 
 TEST(Build, ImpossibleOptionsAreRefused) {

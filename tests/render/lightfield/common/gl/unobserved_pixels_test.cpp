@@ -36,7 +36,7 @@ TEST(UnobservedPixels, LeaveNoDarkSpotInAnyLightField) {
   ASSERT_GE(invalid, 2u);
   const Views views(folder / "views");
   slf::buildWithCharts(views, boxes::faceCharts(views.mesh(), 24),
-                       {.directions = 18, .blend = slf::Blend::nearest}, folder / "slf");
+                       {.directions = 18, .tolerance = 0, .blend = slf::Blend::nearest}, folder / "slf");
   lumigraph::build(views, {.slabs = {.nodes = 3, .texels = 60000}, .resampling = {.nearest = true}},
                    folder / "lumigraph");
   lfm::BuildReport report;

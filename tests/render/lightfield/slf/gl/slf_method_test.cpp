@@ -23,8 +23,8 @@ protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<image::TemporaryFolder>();
     studio::photograph({.cameras = 30, .lights = 0, .size = kSize}, *folder_ / "capture");
-    build(lightfield::Views(*folder_ / "capture"), {.regions = 20, .texels = 4000, .directions = 18},
-          *folder_ / "field");
+    build(lightfield::Views(*folder_ / "capture"),
+          {.regions = 20, .texels = 4000, .directions = 18, .tolerance = 0}, *folder_ / "field");
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
