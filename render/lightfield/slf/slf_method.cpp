@@ -115,7 +115,10 @@ const method::Rows<RenderOptions>& renderRows() {
                           .needs = {{"stages", {"two"}}}}),
       row<RenderOptions>(
           "cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
-          {.domain = wholeRange(0, 1 << 24), .help = "memory for textures, MiB", .atOpening = true})};
+          {.domain = wholeRange(0, 1 << 24),
+           .help = "memory for textures, MiB; not for more than the layers of an array texture, of which "
+                   "OpenGL has 2048 or more",
+           .atOpening = true})};
   return kRows;
 }
 
@@ -169,6 +172,7 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& folder, cons
                                slf->context->driver()),
        .counts = {{"regions", field.regions.size()},
                   {"textures", field.textures()},
+                  {"texture_slots", slf->frames.slots().shape().count},
                   {"texels", slf->opened.folder.count("texels", 0, size_t{1} << 50)},
                   {"triangles", field.mesh.triangles.size()}},
        .rig = slf->opened.folder.rig(),

@@ -80,6 +80,8 @@ TEST_F(SlfMethodTest, DescribesItself) {
   EXPECT_EQ(description.rig.views.size(), 30u);
   EXPECT_GE(description.counts.at("regions"), 10u);
   EXPECT_GT(description.counts.at("textures"), description.counts.at("regions"));
+  EXPECT_EQ(description.counts.at("texture_slots"), description.counts.at("textures"));
+  EXPECT_EQ(opened({{"cache_mb", 0}})->describe().counts.at("texture_slots"), kLeastSlots);
   EXPECT_EQ(description.points.size(), openField(*folder_ / "field").field.mesh.positions.size());
   EXPECT_LT(description.middle.raw().norm(), 0.05);
   EXPECT_NE(description.identity, opened({{"samples", 1}})->describe().identity);
