@@ -13,9 +13,12 @@ from screen import Fragments, interior, unit
 
 
 class Maps:
-    """Content of maps.bin. A table has the map of each user, -1 for none, and values [map, row, column, channel]."""
+    """Content of maps.bin. A table has the map of each user, -1 for none, and values [map, row, column, channel].
 
-    def __init__(self, folder, magic, channels):
+    `edges` has corrections: of surface maps, by term, [triangle, corner, side, step, 1]; of means the same by channel.
+    """
+
+    def __init__(self, folder, corners, magic, channels):
         file = folder.read("maps.bin")
         assert bytes(file.take("u1", 8)) == magic
         vertices, triangles, method, self.scalar, self.samples, self.cells, terms = (file.count() for _ in range(7))
@@ -24,6 +27,7 @@ class Maps:
         frames = file.take("f4", vertices, 2, 3).astype(float)
         self.frames = np.stack([frames[:, 0], np.cross(frames[:, 1], frames[:, 0]), frames[:, 1]], 1)
         signed = (lambda b: np.maximum(b.view(np.int8) / 127, -1)) if method == 0 else (lambda b: b / 255)
+        codes = 127 if method == 0 else 255  # for a value of 1
         patch = np.add.outer(np.arange(self.samples), np.arange(self.samples)) < self.samples  # [row j, column i]
         square = np.ones((self.cells, self.cells), bool)
         users, of_corners = (3 * triangles, 1) if self.scalar else (triangles, 3)
@@ -32,6 +36,8 @@ class Maps:
                        "view": self.table(file, vertices, view, square, channels, signed, method == 0)}
                       for _ in range(terms)]
         self.mean = self.table(file, 0 if method else triangles, mean, patch, channels, lambda b: white * b / 255, False)
+        self.edges = [corrections(corners, self.on_edges(term["surface"], self.scalar, True), codes, False) for term in self.terms]
+        self.mean_edges = 0 if method else corrections(corners, self.on_edges(self.mean, False, False), 255 / white, True)
 
     def table(self, file, users, coding, stored, channels, valued, biased):
         """Map of each user, and values of the maps; valued() turns bytes into values."""
@@ -48,6 +54,81 @@ class Maps:
             content = read_tiles(file, coding, count, len(stored), channels, not stored.all())
             content = content - np.uint8(128 if biased else 0)
         return of_user, valued(content)
+
+
+    def on_edges(self, table, scalar, of_corners):
+        """Values [triangle, corner, side, step, channel] of samples on edges; a packed surface map's are those of the corner."""
+        n = self.samples
+        maps = np.arange(3 * (len(table[0]) // 3)).reshape(-1, 3) if scalar else np.repeat(np.arange(len(table[0]))[:, None], 3, 1)
+        found = np.zeros((*maps.shape, 2, n, 1 if of_corners else table[1].shape[-1]))
+        for corner in range(3):
+            for side in range(2):
+                steps = np.zeros((3, n), int)
+                steps[corner], steps[(corner + 1 + side) % 3] = np.arange(n)[::-1], np.arange(n)
+                if scalar:
+                    steps = np.roll(steps, -corner, 0)
+                for step in range(n):
+                    values = look_up(table, maps[:, corner], [(steps[1, step], steps[2, step], np.ones(len(maps)))])
+                    found[:, corner, side, step] = values[:, corner:corner + 1] if of_corners and not scalar else values
+        return found
+
+
+def corrections(corners, values, codes, of_surface):
+    """Differences to the values that count on edges: the means of those of all triangles, in whole codes."""
+    own = np.rint(values * codes)
+    ends = np.stack([np.stack([corners, np.roll(corners, -1 - side, 1)], 2) for side in range(2)], 2)  # vertices of edges
+    ends = np.broadcast_to(ends[:, :, :, None], (*own.shape[:4], 2)).copy()
+    ends[:, :, :, 0, 1] = ends[:, :, :, 0, 0]  # the first step is at a vertex alone
+    steps = np.indices(own.shape[:4])[3]
+    if of_surface:  # as the last one is, but for surface maps
+        ends[:, :, :, -1, 0] = ends[:, :, :, -1, 1]
+        steps[:, :, :, -1] = 0
+    places = np.concatenate([ends.reshape(-1, 2), steps.reshape(-1, 1)], 1)
+    _, place, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    own = own.reshape(len(place), -1)
+    total, low, high = np.zeros((len(count), own.shape[1])), np.full((len(count), own.shape[1]), 255.), np.full((len(count), own.shape[1]), -255.)
+    np.add.at(total, place, own)
+    np.minimum.at(low, place, own)
+    np.maximum.at(high, place, own)
+    mean = total / count[:, None]
+    mean = np.sign(mean) * np.floor(np.abs(mean) + 0.5)
+    common = np.maximum(np.minimum(mean, low + 127), high - 127)
+    return (np.clip(common[place] - own, -127, 127) / codes).reshape(values.shape)
+
+
+def on_row(rows, triangles, corner, side, distance):
+    """Corrections at distances 0..1 from a corner along one of its sides."""
+    last = rows.shape[3] - 1
+    place = np.clip(distance, 0, 1) * last
+    low = np.minimum(place.astype(int), last - 1)
+    share = (place - low)[:, None]
+    return (1 - share) * rows[triangles, corner, side, low] + share * rows[triangles, corner, side, low + 1]
+
+
+def fade(b, samples):
+    """Share of a correction at a barycentric coordinate, which is 0 on the edge."""
+    return np.maximum(1 - b * (samples - 1) / 3, 0)
+
+
+def from_sides(rows, triangles, b, corner):
+    """Corrections of a corner's surface map, between its two edges at the same distance from it."""
+    following, before = b[:, (corner + 1) % 3], b[:, (corner + 2) % 3]
+    rest, n = following + before, rows.shape[3]
+    first, second = (np.where(rest > 0, part / np.where(rest > 0, rest, 1), 0.5) for part in (following, before))
+    sides = [on_row(rows, triangles, corner, side, 1 - b[:, corner])[:, 0] for side in range(2)]
+    return first * fade(before, n) * sides[0] + second * fade(following, n) * sides[1]
+
+
+def from_edges(rows, triangles, b):
+    """Corrections of a mean, between all edges; b has no corner exactly."""
+    total, weights = 0, 0
+    for corner in range(3):
+        here, there, opposite = (b[:, (corner + i) % 3] for i in range(3))
+        weight = here * there + 1e-300
+        share = there / np.maximum(here + there, 1e-300)
+        total = total + (weight * fade(opposite, rows.shape[3]))[:, None] * on_row(rows, triangles, corner, 0, share)
+        weights = weights + weight
+    return total / weights[:, None]
 
 
 def look_up(table, users, blend):
@@ -94,16 +175,18 @@ def roots(maps, triangles, fragments, toward):
     """The sum of mean and terms at each fragment."""
     n, t = maps.samples, fragments.triangle
     patch = patch_blend(n, fragments.weights[:, 1], fragments.weights[:, 2])
-    total = look_up(maps.mean, t, patch) if len(maps.mean[0]) else 0
+    total, b = 0, fragments.weights
+    if len(maps.mean[0]):
+        total = look_up(maps.mean, t, patch) + from_edges(maps.mean_edges, t, b)
     views = [view_blend(maps.cells, maps.frames[triangles[t, k]], toward) for k in range(3)]
-    for term in maps.terms:
+    for term, edges in zip(maps.terms, maps.edges):
         if maps.scalar:
             surface = [look_up(term["surface"], 3 * t + k, turned(n, patch, k))[:, 0] for k in range(3)]
         else:
             surface = look_up(term["surface"], t, patch).T
         for k in range(3):
             vertex = triangles[t, k]
-            factor = surface[k] * fragments.weights[:, k] * term["scale"][vertex]
+            factor = (surface[k] + from_sides(edges, t, b, k)) * fragments.weights[:, k] * term["scale"][vertex]
             total = total + factor[:, None] * look_up(term["view"], vertex, views[k])
     return total
 
@@ -111,7 +194,7 @@ def roots(maps, triangles, fragments, toward):
 def decode(model, camera):
     folder = Folder(model, "surflect light field maps", 2)
     positions, triangles = folder.mesh()
-    maps = Maps(folder, b"lfm maps", 3)
+    maps = Maps(folder, triangles, b"lfm maps", 3)
     seen = Fragments(camera, positions, triangles)
     inside = interior(camera, seen)
     seen.only(seen.nearest)

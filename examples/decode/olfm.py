@@ -16,7 +16,7 @@ from ulr import composite
 def decode(model, camera):
     folder = Folder(model, "surflect opacity light field maps", 1)
     positions, triangles = folder.mesh()
-    maps = Maps(folder, b"rgbamaps", 4)
+    maps = Maps(folder, triangles, b"rgbamaps", 4)
     seen = Fragments(camera, positions, triangles)
     colors = np.maximum(roots(maps, triangles, seen, -unit(camera.rays(seen.pixel))), 0) ** 2
     colors[:, :3] *= folder.numbers["white"]

@@ -38,6 +38,8 @@ FormatDetails detailsOf(Format format) {
     return {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 4};
   case Format::rgba8s:
     return {GL_RGBA8_SNORM, GL_RGBA, GL_BYTE, 4, 4};
+  case Format::rg8s:
+    return {GL_RG8_SNORM, GL_RG, GL_BYTE, 2, 2};
   case Format::rgba16f:
     return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, 4, 8};
   case Format::rgba32f:
@@ -118,6 +120,7 @@ std::vector<std::byte> texelsOf(Format format, const image::Image& picture) {
       return channel < 3 ? bytes(v) : unsignedByte(v);
     });
   case Format::rgba8s:
+  case Format::rg8s:
     return encoded<int8_t>(values, [](float v, size_t) { return signedByte(v); });
   case Format::rgba16f:
     return encoded<uint16_t>(values, [](float v, size_t) { return image::nearestHalf(v); });
@@ -142,6 +145,7 @@ image::Image pictureOf(Format format, int width, int height, std::span<const std
     });
     break;
   case Format::rgba8s:
+  case Format::rg8s:
     decode<int8_t>(texels, values,
                    [](int8_t byte, size_t) { return std::max(-1.f, static_cast<float>(byte) / 127); });
     break;

@@ -10,9 +10,9 @@
 
 namespace surflect::gl {
 
-// Texel formats. 8-bit values are 0..1, those of rgba8s -1..1; srgba8 stores colours by the sRGB curve. dxt1
-// and dxt5 have blocks of 4 x 4 texels (8 and 16 bytes), and can only be sampled.
-enum class Format { rgba8, srgba8, rgba8s, rgba16f, rgba32f, r32f, depth32f, dxt1, dxt5 };
+// Texel formats. 8-bit values are 0..1, those of rgba8s and rg8s -1..1; srgba8 stores colours by the sRGB
+// curve. dxt1 and dxt5 have blocks of 4 x 4 texels (8 and 16 bytes), and can only be sampled.
+enum class Format { rgba8, srgba8, rgba8s, rg8s, rgba16f, rgba32f, r32f, depth32f, dxt1, dxt5 };
 
 int channelsOf(Format format);
 bool isCompressed(Format format);

@@ -1,5 +1,6 @@
 #include "render/lightfield/lfm/map_drawing.h"
 
+#include "render/lightfield/lfm/edge_corrections.h"
 #include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/s3tc.h"
 #include "render/lightfield/lfm/tile.h"
@@ -182,6 +183,26 @@ gl::Texture placesOf(const LightFieldMaps& maps, const gl::Limits& limits) {
   return texture;
 }
 
+// Texture of corrections of edges, texel after texel.
+gl::Texture edgesTexture(std::span<const int8_t> corrections, gl::Format format) {
+  constexpr size_t kSide = 2048;
+  const size_t texels = corrections.size() / static_cast<size_t>(gl::channelsOf(format));
+  const size_t width = std::clamp<size_t>(texels, 1, kSide);
+  const size_t height = std::clamp<size_t>(dividedUp(texels, width), 1, kSide);
+  const size_t layers = std::max<size_t>(1, dividedUp(texels, width * height));
+  gl::Texture texture({format, static_cast<int>(width), static_cast<int>(height), static_cast<int>(layers), 1,
+                       gl::Filter::nearest});
+  std::vector<std::byte> layer(gl::bytesOf(format, texture.shape().width, texture.shape().height));
+  std::span<const std::byte> rest = std::as_bytes(corrections);
+  for (int i = 0; i < texture.shape().layers; ++i) {
+    const auto part = rest.first(std::min(rest.size(), layer.size()));
+    std::ranges::copy(part, layer.begin());
+    texture.upload(layer, texture.shape().width, texture.shape().height, {.layer = i});
+    rest = rest.subspan(part.size());
+  }
+  return texture;
+}
+
 size_t sizeOf(const gl::Texture& texture) {
   const gl::TextureShape& shape = texture.shape();
   return gl::bytesOf(shape.format, shape.width, shape.height) *
@@ -191,16 +212,23 @@ size_t sizeOf(const gl::Texture& texture) {
 } // namespace
 
 MapTextures::MapTextures(const LightFieldMaps& maps, const gl::Limits& limits)
-    : surface_(textureOf(surfaceSets(maps), surfaceShape(maps), maps.method == Factorization::pca, limits)),
+    : MapTextures(maps, edgeCorrections(maps), limits) {}
+
+MapTextures::MapTextures(const LightFieldMaps& maps, const EdgeCorrections& edges, const gl::Limits& limits)
+    : hasSurfaceEdges_(!edges.surface.empty()), hasMeanEdges_(!edges.mean.empty()),
+      surface_(textureOf(surfaceSets(maps), surfaceShape(maps), maps.method == Factorization::pca, limits)),
       view_(textureOf(viewSets(maps), viewShape(maps), maps.method == Factorization::pca, limits)),
-      mean_(textureOf({&maps.mean.maps}, meanShape(maps), false, limits)), places_(placesOf(maps, limits)) {}
+      mean_(textureOf({&maps.mean.maps}, meanShape(maps), false, limits)), places_(placesOf(maps, limits)),
+      surfaceEdges_(edgesTexture(edges.surface, gl::Format::rg8s)),
+      meanEdges_(edgesTexture(edges.mean, gl::Format::rgba8s)) {}
 
 size_t MapTextures::layers() const {
   return static_cast<size_t>(surface_.shape().layers + view_.shape().layers + mean_.shape().layers);
 }
 
 size_t MapTextures::bytes() const {
-  return sizeOf(surface_) + sizeOf(view_) + sizeOf(mean_) + sizeOf(places_);
+  return sizeOf(surface_) + sizeOf(view_) + sizeOf(mean_) + sizeOf(places_) + sizeOf(surfaceEdges_) +
+         sizeOf(meanEdges_);
 }
 
 namespace {
@@ -228,6 +256,9 @@ gl::VertexArray vertexArrayOf(const LightFieldMaps& maps, const Vec3<double>& mi
   return gl::VertexArray(attributes);
 }
 
+// Value of the largest correction, 127 steps, of bytes that are not signed.
+constexpr float kUnsignedEdge = 127.f / 255;
+
 // Factor and summand that give the value of a texel as OpenGL reads it.
 Eigen::Vector2f valueOf(Coding coding, bool isSigned) {
   // 8-bit textures are signed themselves; signed bytes of blocks are stored plus 128.
@@ -246,8 +277,9 @@ MapDrawing::MapDrawing(const LightFieldMaps& maps, const gl::Limits& limits)
       viewCoding_(terms_ ? maps.terms[0].view.maps.coding : Coding::bytes), textures_(maps, limits),
       mesh_(vertexArrayOf(maps, middle_)) {}
 
-std::array<const gl::Texture*, 4> MapDrawing::textures() const {
-  return {&textures_.surface(), &textures_.view(), &textures_.mean(), &textures_.places()};
+std::array<const gl::Texture*, 6> MapDrawing::textures() const {
+  return {&textures_.surface(), &textures_.view(),         &textures_.mean(),
+          &textures_.places(),  &textures_.surfaceEdges(), &textures_.meanEdges()};
 }
 
 Eigen::Isometry3d MapDrawing::cameraFromCentred(const capture::Camera<AcquisitionSpace>& camera) const {
@@ -280,6 +312,10 @@ void MapDrawing::setMaps(gl::Program& program) const {
   program.set("surfaceValue", valueOf(surfaceCoding_, isSigned_));
   program.set("viewValue", valueOf(viewCoding_, isSigned_));
   program.set("meanWhite", meanWhite_);
+  program.set("hasSurfaceEdges", textures_.hasSurfaceEdges() ? 1 : 0);
+  program.set("hasMeanEdges", textures_.hasMeanEdges() ? 1 : 0);
+  program.set("surfaceEdgeUnit", isSigned_ ? 1.f : kUnsignedEdge);
+  program.set("meanEdgeUnit", kUnsignedEdge);
   program.set("termCount", static_cast<int>(terms_));
 }
 

@@ -7,6 +7,7 @@
 #include "render/gl/program.h"
 #include "render/gl/projection.h"
 #include "render/gl/texture.h"
+#include "render/lightfield/lfm/edge_corrections.h"
 #include "render/lightfield/lfm/maps.h"
 #include "render/lightfield/lfm/tile.h"
 #include "srf/capture/camera.h"
@@ -64,11 +65,22 @@ public:
   const gl::Texture& places() const { return places_; }
   static constexpr int kPlacesWidth = 2048;
 
+  // Corrections of surface maps and means (edge_corrections.h), in their order: texel n is (n % width,
+  // n / width % height, n / (width height)). A texel has two sides of a surface map, or the channels of a
+  // mean. A single texel if there are none.
+  const gl::Texture& surfaceEdges() const { return surfaceEdges_; }
+  const gl::Texture& meanEdges() const { return meanEdges_; }
+  bool hasSurfaceEdges() const { return hasSurfaceEdges_; }
+  bool hasMeanEdges() const { return hasMeanEdges_; }
+
   size_t layers() const; // of all textures of maps
   size_t bytes() const;  // of all textures, as the driver holds them
 
 private:
-  gl::Texture surface_, view_, mean_, places_;
+  MapTextures(const LightFieldMaps& maps, const EdgeCorrections& edges, const gl::Limits& limits);
+
+  bool hasSurfaceEdges_, hasMeanEdges_;
+  gl::Texture surface_, view_, mean_, places_, surfaceEdges_, meanEdges_;
 };
 
 // Terms first..end - 1, and the mean before them.
@@ -85,8 +97,8 @@ public:
   size_t terms() const { return terms_; }
   bool hasMean() const { return hasMean_; }
   const MapTextures& maps() const { return textures_; }
-  // Units 0..3 of maps.glsl.
-  std::array<const gl::Texture*, 4> textures() const;
+  // Units 0..5 of maps.glsl.
+  std::array<const gl::Texture*, 6> textures() const;
   // Three vertices for each triangle.
   const gl::VertexArray& mesh() const { return mesh_; }
 

@@ -5,12 +5,17 @@ layout(binding = 0) uniform sampler2DArray surfaceMaps;
 layout(binding = 1) uniform sampler2DArray viewMaps;
 layout(binding = 2) uniform sampler2DArray meanMaps;
 layout(binding = 3) uniform sampler2D places; // see MapTextures::places()
+layout(binding = 4) uniform sampler2DArray surfaceEdges; // see MapTextures::surfaceEdges()
+layout(binding = 5) uniform sampler2DArray meanEdges;
 const int kPlacesWidth = 2048;
+const float kFadeSteps = 3.0; // see edge_corrections.h
 uniform int samples;           // along an edge of a triangle
 uniform float viewSize;        // cells along a side of a view map
 uniform bool isPacked;         // one surface map for all three corners
 uniform vec2 surfaceValue, viewValue; // value = max(x texel + y, -1)
 uniform float meanWhite;
+uniform bool hasSurfaceEdges, hasMeanEdges; // whether maps are corrected on edges
+uniform float surfaceEdgeUnit, meanEdgeUnit; // value of a correction of 1
 uniform int termCount;         // of the model: texels of a triangle in `places`
 uniform bool withMean;
 uniform int firstTerm, endTerm;
@@ -65,6 +70,46 @@ float cornerAt(vec4 place, PatchBlend blend, int corner) {
   return channel < 1.5 ? values.r : channel < 2.5 ? values.g : values.b;
 }
 
+// Corrections on edges; the equations are those of edge_corrections.h.
+
+vec4 edgeTexel(sampler2DArray edges, int n) {
+  ivec2 size = textureSize(edges, 0).xy;
+  return texelFetch(edges, ivec3(n % size.x, n / size.x % size.y, n / (size.x * size.y)), 0);
+}
+
+// Corrections at a distance 0..1 from the corner of a row.
+vec4 edgeAt(sampler2DArray edges, int row, float distance) {
+  float place = clamp(distance, 0.0, 1.0) * (samples - 1);
+  int low = min(int(place), samples - 2), first = row * samples + low;
+  return mix(edgeTexel(edges, first), edgeTexel(edges, first + 1), place - low);
+}
+
+vec3 fade(vec3 hats) { return max(1.0 - hats * (samples - 1) / kFadeSteps, 0.0); }
+
+float surfaceCorrection(vec3 hats, int term, int corner) {
+  int next = (corner + 1) % 3, before = (corner + 2) % 3;
+  float rest = hats[next] + hats[before];
+  vec2 share = rest > 0.0 ? vec2(hats[next], hats[before]) / rest : vec2(0.5);
+  vec3 fades = fade(hats);
+  vec2 weights = share * vec2(fades[before], fades[next]);
+  int row = (triangle * termCount + term) * 3 + corner;
+  return weights == vec2(0.0) ? 0.0 : surfaceEdgeUnit * dot(weights, edgeAt(surfaceEdges, row, 1.0 - hats[corner]).rg);
+}
+
+vec4 meanCorrection(vec3 hats) {
+  vec4 sum = vec4(0.0);
+  float weights = 0.0;
+  vec3 fades = fade(hats);
+  for (int i = 0; i < 3; ++i) {
+    int next = (i + 1) % 3, row = 3 * triangle + i;
+    if (hats[i] >= 1.0) return meanEdgeUnit * edgeAt(meanEdges, row, 0.0);
+    float weight = hats[i] * hats[next], faded = weight * fades[(i + 2) % 3];
+    weights += weight;
+    if (faded > 0.0) sum += faded * edgeAt(meanEdges, row, hats[next] / (hats[i] + hats[next]));
+  }
+  return weights > 0.0 ? meanEdgeUnit / weights * sum : vec4(0.0);
+}
+
 // Bilinear interpolation between cells of a view map.
 struct ViewBlend {
   ivec2 low;    // cell
@@ -95,8 +140,12 @@ vec4 rootSum() {
   int texelsOfTerm = isPacked ? 4 : 6;
   int first = triangle * (1 + termCount * texelsOfTerm);
   vec4 sum = vec4(0.0);
-  if (withMean) sum = meanWhite * patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
-  vec3 hats = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+  vec3 hats = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics), inside = max(hats, 0.0);
+  if (withMean) {
+    sum = patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
+    if (hasMeanEdges) sum += meanCorrection(inside);
+    sum *= meanWhite;
+  }
   for (int k = firstTerm; k < endTerm; ++k) {
     int n = first + 1 + k * texelsOfTerm;
     vec3 surface;
@@ -108,6 +157,8 @@ vec4 rootSum() {
                      cornerAt(placeAt(n + 2), blend, 2));
       n += 3;
     }
+    if (hasSurfaceEdges)
+      for (int corner = 0; corner < 3; ++corner) surface[corner] += surfaceCorrection(inside, k, corner);
     surface *= hats;
     for (int corner = 0; corner < 3; ++corner) sum += surface[corner] * viewAt(placeAt(n + corner), views[corner]);
   }

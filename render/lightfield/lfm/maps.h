@@ -12,6 +12,9 @@
 //      coordinates of discPoint(), cell (x, y) has its centre at ((x + 0.5) / size, (y + 0.5) / size)
 //   s  scale of a vertex and term; g and h are within -1..1
 //
+// Where triangles that share an edge have different g or means on it, as compression by triangle leaves them,
+// the mean of these counts (edge_corrections.h).
+//
 // Radiance is the square of the root (root_radiance.h); roots below 0 are black. There are three channels,
 // RGB; or four, where the last is a root of opacity and the others are of radiance times opacity. Between
 // samples g and the mean are interpolated linearly (blendAt()), h bilinearly between cell centres, constant

@@ -22,27 +22,34 @@ Channels decodedChannels(const LightFieldMaps& maps, const uint8_t* bytes, const
   return values;
 }
 
+// Barycentrics of a place, the hat functions of the corners.
+Vec3<double> hatsAt(const TrianglePlace& place) { return {1 - place.b - place.c, place.b, place.c}; }
+
 Channels zeros(const LightFieldMaps& maps) {
   return Channels::Zero(static_cast<Eigen::Index>(maps.channels));
 }
 
 } // namespace
 
-Vec3<double> surfaceValues(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place) {
+Vec3<double> surfaceValues(const LightFieldMaps& maps, size_t number, const TrianglePlace& place,
+                           const EdgeCorrections& edges) {
+  const Term& term = maps.terms[number];
   const PatchGrid grid(maps.samples);
   const MapShape shape = surfaceShape(maps);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
-  const Vec3<double> hats(1 - place.b - place.c, place.b, place.c);
+  const Vec3<double> hats = hatsAt(place);
   Vec3<double> sum = Vec3<double>::Zero();
   for (size_t corner = 0; corner < 3; ++corner) {
     const bool isPacked = maps.layout == SurfaceLayout::packed;
     const uint32_t map = term.surface.mapOf[isPacked ? place.triangle : 3 * place.triangle + corner];
+    double& value = sum[static_cast<Eigen::Index>(corner)];
+    value = surfaceCorrection(edges, place.triangle, number, corner, hats.cwiseMax(0));
     if (map == kNoMap) continue;
     const uint8_t* values = mapOf(term.surface.maps, shape, map);
     for (size_t i = 0; i < 3; ++i) {
       const size_t sample = isPacked ? 3 * grid.index(blend.places[i]) + corner
                                      : grid.index(turned(maps.samples, blend.places[i], corner));
-      sum[static_cast<Eigen::Index>(corner)] += blend.weights[i] * valueOf(maps.method, values[sample]);
+      value += blend.weights[i] * valueOf(maps.method, values[sample]);
     }
   }
   return hats.cwiseProduct(sum);
@@ -66,12 +73,15 @@ Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex
          b * ((1 - a) * at(x0, y0 + 1) + a * at(x0 + 1, y0 + 1));
 }
 
-Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
-  if (maps.mean.mapOf.empty() || maps.mean.mapOf[place.triangle] == kNoMap) return zeros(maps);
+Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place, const EdgeCorrections& edges) {
+  Channels sum = zeros(maps);
+  if (maps.mean.mapOf.empty()) return sum;
+  for (size_t c = 0; c < maps.channels; ++c)
+    sum[static_cast<Eigen::Index>(c)] = meanCorrection(edges, place.triangle, c, hatsAt(place).cwiseMax(0));
+  if (maps.mean.mapOf[place.triangle] == kNoMap) return maps.meanWhite * sum;
   const PatchGrid grid(maps.samples);
   const PatchBlend blend = blendAt(maps.samples, place.b, place.c);
   const uint8_t* values = mapOf(maps.mean.maps, meanShape(maps), maps.mean.mapOf[place.triangle]);
-  Channels sum = zeros(maps);
   for (size_t i = 0; i < 3; ++i) {
     const uint8_t* bytes = values + maps.channels * grid.index(blend.places[i]);
     sum += blend.weights[i] * decodedChannels(maps, bytes, [](uint8_t byte) { return byte / 255.0; });
@@ -79,9 +89,10 @@ Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place) {
   return maps.meanWhite * sum;
 }
 
-Channels termValue(const LightFieldMaps& maps, const Term& term, const TrianglePlace& place,
-                   const std::array<DiscPoint, 3>& points) {
-  const Vec3<double> surface = surfaceValues(maps, term, place);
+Channels termValue(const LightFieldMaps& maps, size_t number, const TrianglePlace& place,
+                   const std::array<DiscPoint, 3>& points, const EdgeCorrections& edges) {
+  const Term& term = maps.terms[number];
+  const Vec3<double> surface = surfaceValues(maps, number, place, edges);
   Channels sum = zeros(maps);
   for (size_t corner = 0; corner < 3; ++corner) {
     const uint32_t vertex = maps.mesh.triangles[place.triangle][corner];
@@ -91,14 +102,14 @@ Channels termValue(const LightFieldMaps& maps, const Term& term, const TriangleP
   return sum;
 }
 
-Channels radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d,
-                    size_t terms) {
+Channels radianceAt(const LightFieldMaps& maps, const TrianglePlace& place, const Direction& d, size_t terms,
+                    const EdgeCorrections& edges) {
   std::array<DiscPoint, 3> points;
   for (size_t corner = 0; corner < 3; ++corner)
     points[corner] = discPoint(maps.frames[maps.mesh.triangles[place.triangle][corner]], d);
-  Channels sum = meanValue(maps, place);
+  Channels sum = meanValue(maps, place, edges);
   for (size_t k = 0; k < std::min(terms, maps.terms.size()); ++k)
-    sum += termValue(maps, maps.terms[k], place, points);
+    sum += termValue(maps, k, place, points, edges);
   return sum.unaryExpr([](double root) { return radianceOf(root); });
 }
 

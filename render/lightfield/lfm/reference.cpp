@@ -14,7 +14,7 @@
 namespace surflect::lfm {
 
 Reference::Reference(LightFieldMaps maps, const Progress& progress)
-    : maps_(decoded(std::move(maps))), rays_(maps_.mesh, progress) {}
+    : maps_(decoded(std::move(maps))), edges_(edgeCorrections(maps_)), rays_(maps_.mesh, progress) {}
 
 image::Image Reference::render(const capture::Camera<AcquisitionSpace>& camera, std::optional<size_t> terms,
                                const Progress& progress) const {
@@ -29,8 +29,8 @@ image::Image Reference::render(const capture::Camera<AcquisitionSpace>& camera, 
       const Direction direction = normalized(worldFromCamera(ray->direction));
       const auto hit = lightfield::firstFrontHit(maps_.mesh, rays_, worldFromCamera(ray->origin), direction);
       if (!hit) continue;
-      const Vec3<double> radiance =
-          radianceAt(maps_, {hit->triangle, hit->b, hit->c}, -direction, terms.value_or(maps_.terms.size()));
+      const Vec3<double> radiance = radianceAt(maps_, {hit->triangle, hit->b, hit->c}, -direction,
+                                               terms.value_or(maps_.terms.size()), edges_);
       for (size_t channel = 0; channel < 3; ++channel)
         picture.at(x, y)[channel] = static_cast<float>(radiance[static_cast<Eigen::Index>(channel)]);
       picture.at(x, y)[3] = 1;

@@ -1,6 +1,7 @@
 // Light field maps by rays, in double precision.
 #pragma once
 
+#include "render/lightfield/lfm/edge_corrections.h"
 #include "render/lightfield/lfm/maps.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
@@ -28,6 +29,7 @@ public:
 
 private:
   LightFieldMaps maps_; // of coding `bytes`
+  EdgeCorrections edges_;
   RayCaster<AcquisitionSpace> rays_;
 };
 

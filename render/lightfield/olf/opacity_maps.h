@@ -30,11 +30,12 @@ struct OpacityMaps {
 inline constexpr size_t kMapChannels = 4;
 
 // Colour, premultiplied, and opacity at a place in the unit direction d to the viewer, by the mean and the
-// first `terms` terms. The sum of terms can be above 1 for opaque places; opacity is at most 1. Maps of
-// coding `bytes`.
+// first `terms` terms, with the corrections of edges as radianceAt() has them. The sum of terms can be above
+// 1 for opaque places; opacity is at most 1. Maps of coding `bytes`.
 inline Eigen::Vector4d colorAt(const OpacityMaps& maps, const lfm::TrianglePlace& place,
-                               const lfm::Direction& d, size_t terms) {
-  Eigen::Vector4d color = lfm::radianceAt(maps.maps, place, d, terms);
+                               const lfm::Direction& d, size_t terms,
+                               const lfm::EdgeCorrections& edges = {}) {
+  Eigen::Vector4d color = lfm::radianceAt(maps.maps, place, d, terms, edges);
   color.head<3>() *= maps.white;
   color[3] = std::min(color[3], 1.0);
   return color;

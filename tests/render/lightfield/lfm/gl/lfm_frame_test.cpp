@@ -118,23 +118,19 @@ TEST_F(LfmFrameTest, AgreesWithTheReference) {
   }
 }
 
-// Maps of a codebook do not agree at edges, which OpenGL places within a 256th of a pixel.
+// OpenGL places vertices within a 256th of a pixel. Corrections of random maps are steep within two pixels.
 TEST_F(LfmFrameTest, CodebooksAgreeWithTheReference) {
   for (const LightFieldMaps& maps : {codebookMaps(sphereMaps()), codebookMaps(scalarMaps(sphereMaps()))}) {
     FrameRenderer renderer = rendererOf(maps);
     const Reference reference(maps);
+    EXPECT_TRUE(renderer.textures().hasSurfaceEdges() && renderer.textures().hasMeanEdges());
     std::mt19937 random(7);
+    double worst = 1000;
     for (int trial = 0; trial < 10; ++trial) {
       const Camera camera = randomCamera(random, 80, 60);
-      const image::Image expected = reference.render(camera), found = renderer.render(camera).color;
-      size_t different = 0, covered = 0;
-      for (size_t i = 0; i < found.values.size(); i += 4) {
-        covered += found.values[i + 3] > 0;
-        different += !(std::abs(found.values[i] - expected.values[i]) <= 1e-4f);
-      }
-      EXPECT_GT(covered, 900u);
-      EXPECT_LE(different, 10u);
+      worst = std::min(worst, psnrOf(renderer.render(camera).color, reference.render(camera)));
     }
+    EXPECT_GT(worst, 60);
   }
 }
 
