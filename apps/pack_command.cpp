@@ -25,14 +25,27 @@ namespace surflect {
 
 namespace {
 
+constexpr const char* kSurfels = "surfels";
+
 struct PackArguments {
   CaptureArgument capture; // or a stage file
-  std::string output, mesh, method = "surfels", stageScale;
+  std::string output, mesh, method = kSurfels, stageScale;
   FixedLight light;
   MethodOptions options;
   bool force = false;
 
   bool isStage() const { return std::filesystem::path(capture.path).extension() == ".toml"; }
+  // Whether the capture is a finished light field instead, which the method may compress.
+  bool isLightField() const {
+    std::error_code unknown; // reported when reading
+    return std::filesystem::exists(std::filesystem::path(capture.path) / model::kManifestFile, unknown) &&
+           method::methodOfModel(capture.path).build;
+  }
+  // A light field has a method of its own, unless one is given.
+  const method::Method& chosenMethod() const {
+    return isLightField() && method == kSurfels ? method::methodOfModel(capture.path)
+                                                : method::methodOf(method);
+  }
 };
 
 // Throws UsageError for arguments that do not go together.
@@ -43,16 +56,17 @@ void requireMatching(const PackArguments& arguments, const method::Method& metho
     throw UsageError(Error("is a stage file, of which only --method spherical is made; `surflect capture` "
                            "photographs it")
                          .in(arguments.capture.path));
-  if (isStage && (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
-    throw UsageError(Error(
-        "--mesh, --nearest, --lights and --environment are for photographs, which a stage file does not "
-        "have"));
+  const bool hasPhotographs = !isStage && !arguments.isLightField();
+  if (!hasPhotographs &&
+      (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
+    throw UsageError(Error("--mesh, --nearest, --lights and --environment are for photographs")
+                         .in(arguments.capture.path));
   if (!isStage && !arguments.stageScale.empty())
     throw UsageError(Error("is for a stage file, FILE.toml").at("--scale"));
   if (arguments.light.incomplete != lightfield::Incomplete::refused && !arguments.light.isGiven())
     throw UsageError(Error("--skip-incomplete and --common-lights are for --lights and --environment"));
-  if (arguments.force && isStage)
-    throw UsageError(Error("is for photographs, which are checked; a stage file has none").at("--force"));
+  if (arguments.force && !hasPhotographs)
+    throw UsageError(Error("is for photographs, which are checked").at("--force"));
 }
 
 // A capture whose checks may stop `pack` before anything is written.
@@ -93,7 +107,7 @@ Json packSurfels(const PackArguments& arguments, const method::Setting& setting,
 // kept in the model's folder.
 std::filesystem::path viewsOf(const PackArguments& arguments, const method::Method& method, Json& json,
                               const Progress& progress) {
-  if (arguments.isStage()) return arguments.capture.path;
+  if (arguments.isStage() || arguments.isLightField()) return arguments.capture.path;
   const capture::Capture capture = capture::readCapture(arguments.capture.path, arguments.capture.outside);
   if (!arguments.light.isGiven()) {
     if (capture.lights.size() > 1)
@@ -149,7 +163,7 @@ void requireSameMethod(const std::filesystem::path& output, const method::Method
 }
 
 Json runPack(const PackArguments& arguments, const Progress& progress) {
-  const method::Method& method = method::methodOf(arguments.method);
+  const method::Method& method = arguments.chosenMethod();
   const method::Setting setting = arguments.options.settingFor(method);
   requireMatching(arguments, method, setting);
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
@@ -199,7 +213,8 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
       "--up 0 0 1 \\\n           --common-lights -o vase.lfm --terms 3 --vq 8 --s3tc");
   command
       ->add_option("capture", arguments->capture.path,
-                   "folder with transforms.json, or a JSON file; for --method spherical also a stage file")
+                   "folder with transforms.json, or a JSON file; for --method spherical also a stage file; a "
+                   "finished lfm or olfm to be compressed")
       ->required();
   addAllowOutside(*command, arguments->capture.outside);
   command->add_option("-o,--output", arguments->output, "the model's folder")->required()->check(notEmpty());

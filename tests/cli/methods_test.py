@@ -318,6 +318,30 @@ class Methods(TestInFolder):
             succeed("pack", self.views, "--method", kind, "-o", again, *options, "--threads", "1")
             self.assert_same_files(content(again), content(model))
 
+    def test_finished_maps_are_compressed_to_the_bytes_of_a_build(self):
+        compression = ["--vq", "4", "--s3tc"]
+        for kind, model, options in (("lfm", self.models[2], ["--view-size", "12"]),
+                                     ("olfm", self.models[6], ["--triangles", "1000", "--view-size", "12"])):
+            built, small = self.folder / f"built.{kind}", self.folder / f"compressed.{kind}"
+            wanted = succeed("pack", self.views, "--method", kind, "-o", built, *options, *compression)
+            found = succeed("pack", model, "-o", small, *compression)
+            self.assert_same_files(content(small), content(built))
+            for name in ("method", "bytes", "map_bytes", "compression", "resampled_bytes", "triangles", "samples"):
+                self.assertEqual(found[name], wanted[name])
+            none = self.folder / f"none.{kind}"
+            self.assert_refused("have S3TC blocks already", "pack", small, "-o", none, "--vq", "4")
+            self.assert_refused("--terms: is for photographs", "pack", model, "-o", none, "--terms", "2")
+            self.assert_refused("is the source", "pack", model, "-o", model, *compression)
+            self.assertEqual(run("pack", model, "-o", none, "--mesh", "a.ply").returncode, 2)
+            self.assertFalse(none.exists())
+        half, whole = self.folder / "half.lfm", self.folder / "whole.lfm"
+        succeed("pack", self.models[2], "-o", half, "--vq", "4")
+        succeed("pack", half, "-o", whole, "--s3tc")
+        self.assert_same_files(content(whole), content(self.folder / "compressed.lfm"))
+        self.assert_refused("have codebooks already", "pack", half, "-o", none, "--vq", "4")
+        means = succeed("pack", self.models[2], "-o", whole, "--vq", "4", "--vq-means")["map_bytes"]["mean"]
+        self.assertLess(means, 0.3 * self.reports["lfm"]["map_bytes"]["mean"])
+
     def test_damaged_folders_are_one_line(self):
         for model in self.models:
             broken = self.folder / "broken"

@@ -59,14 +59,18 @@ capture::Capture rigOf(const capture::Capture& capture) {
 
 // ---------------------------------------------------------------------------------------------------------
 
+// Format of a finished light field in a folder; empty if there is none.
+std::string formatOf(const fs::path& folder) {
+  if (!fs::exists(folder / kManifestFile)) return "";
+  const Json json = Json::parse(readFile(folder / kManifestFile, kLargestText), nullptr, false);
+  if (!json.is_object() || !json.contains("files")) return ""; // a surfel model has no such field
+  const Json& format = capture::valueAt(json, "format");
+  return format.is_string() ? format.get<std::string>() : "";
+}
+
 // Whether a light field was written, or begun, in a folder.
 bool isLightField(const fs::path& folder) {
-  if (fs::exists(folder / kUnfinishedFile)) return true;
-  if (!fs::exists(folder / kManifestFile)) return false;
-  const Json json = Json::parse(readFile(folder / kManifestFile, kLargestText), nullptr, false);
-  if (!json.is_object() || !json.contains("files")) return false; // a surfel model has no such field
-  const Json& format = capture::valueAt(json, "format");
-  return format.is_string() && format.get<std::string>().starts_with(kTagStart);
+  return fs::exists(folder / kUnfinishedFile) || formatOf(folder).starts_with(kTagStart);
 }
 
 size_t wholeNumber(const Json& value) {
@@ -83,6 +87,8 @@ void describeMesh(Archive& archive, TriangleMesh& mesh) {
   archive.array<float>("positions", mesh.positions, positions);
   archive.array<uint32_t>("triangles", mesh.triangles, triangles, Below(positions));
 }
+
+bool isFinished(const fs::path& folder, std::string_view format) { return formatOf(folder) == format; }
 
 void requireLightFieldFolder(const fs::path& folder) {
   if (!fs::exists(folder)) return;
@@ -117,6 +123,17 @@ void LightFieldWriter::commit(const capture::Capture& capture, const TriangleMes
   capture::writeCapture(rigOf(capture), folder_);
   file(kRigFile);
   write(kMeshFile, written(mesh, describeMesh));
+  finish(numbers, progress);
+}
+
+void LightFieldWriter::commit(const LightFieldFolder& source, const Numbers& numbers,
+                              const Progress& progress) {
+  for (const char* name : {kRigFile, kMeshFile})
+    source.read(name, progress, [&](std::span<const std::byte> bytes) { write(name, bytes); });
+  finish(numbers, progress);
+}
+
+void LightFieldWriter::finish(const Numbers& numbers, const Progress& progress) {
   Json json = {{"format", format_}, {"version", version_}, {"numbers", numbers}, {"files", Json::object()}};
   for (const auto& [name, path] : files_) {
     const OpenFile file(path);

@@ -35,9 +35,14 @@ void describeMesh(Archive& archive, TriangleMesh& mesh);
 // Throws Error unless a light field may be written there: the folder is missing, empty, or holds one.
 void requireLightFieldFolder(const std::filesystem::path& folder);
 
+// Whether a folder holds a finished light field of a format.
+bool isFinished(const std::filesystem::path& folder, std::string_view format);
+
 // Makes the folder of a light field that is going to be written: what is put into subfolders before is kept.
 // Throws Error as requireLightFieldFolder() does.
 void beginLightFieldFolder(const std::filesystem::path& folder);
+
+class LightFieldFolder;
 
 // A folder that is being written. Without commit() it is left without a manifest, and the next writer takes
 // it over.
@@ -55,7 +60,12 @@ public:
   void commit(const capture::Capture& capture, const TriangleMesh& mesh, const Numbers& numbers,
               const Progress& progress = {});
 
+  // Likewise with the views and the mesh of a finished folder, whose files are copied.
+  void commit(const LightFieldFolder& source, const Numbers& numbers, const Progress& progress = {});
+
 private:
+  void finish(const Numbers& numbers, const Progress& progress);
+
   std::filesystem::path folder_;
   std::string format_;
   int version_;

@@ -36,15 +36,15 @@ void describeTable(Archive& archive, MapTable& table, size_t users, const MapSha
   archive.array<uint8_t>("data", table.maps.data, bytesOf(shape, table.maps.coding, table.maps.count));
 }
 
-// Frame of unit axes x and z at right angles, as nearly as floats are.
+// Frame of unit axes x and z at right angles, as nearly as floats are. It keeps them, so that a frame that
+// was read is written as it was.
 VertexFrame frameOf(std::span<const float, 6> axes) {
   const Vec3<double> x(axes[0], axes[1], axes[2]), z(axes[3], axes[4], axes[5]);
   constexpr double kTolerance = 1e-5;
   const auto isSmall = [](double error) { return std::abs(error) < kTolerance; };
   if (!isSmall(x.norm() - 1) || !isSmall(z.norm() - 1) || !isSmall(x.dot(z)))
     throw Error("axes are not unit vectors at right angles");
-  const Vec3<double> exactZ = z.normalized(), exactX = (x - x.dot(exactZ) * exactZ).normalized();
-  return {exactX, exactZ.cross(exactX), exactZ};
+  return {x, z.cross(x), z};
 }
 
 void describeFrame(Archive& archive, VertexFrame& frame) {
@@ -113,6 +113,13 @@ lightfield::Numbers numbersOf(const LightFieldMaps& maps) {
   return {{"terms", static_cast<double>(maps.terms.size())},
           {"samples", maps.samples},
           {"view_size", maps.viewSize}};
+}
+
+void writeMaps(const LightFieldMaps& maps, const lightfield::LightFieldFolder& source,
+               const std::filesystem::path& folder, const Progress& progress) {
+  lightfield::LightFieldWriter writer(folder, kFormatTag, kFormatVersion);
+  writer.write(kMapsFile, mapsBytes(maps));
+  writer.commit(source, numbersOf(maps), progress);
 }
 
 void writeMaps(const LightFieldMaps& maps, const capture::Capture& capture,

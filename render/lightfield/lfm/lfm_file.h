@@ -35,6 +35,9 @@ lightfield::Numbers numbersOf(const LightFieldMaps& maps);
 // the maps were made of. Throws Error and Cancelled.
 void writeMaps(const LightFieldMaps& maps, const capture::Capture& capture,
                const std::filesystem::path& folder, const Progress& progress = {});
+// Likewise for maps with the mesh and the views of a finished folder, whose files are copied.
+void writeMaps(const LightFieldMaps& maps, const lightfield::LightFieldFolder& source,
+               const std::filesystem::path& folder, const Progress& progress = {});
 
 struct OpenedMaps {
   lightfield::LightFieldFolder folder;

@@ -4,11 +4,10 @@
 #include "render/lightfield/common/light_field_renderer.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/build.h"
+#include "render/lightfield/lfm/compression.h"
 #include "render/lightfield/lfm/lfm_file.h"
 #include "render/lightfield/lfm/lfm_frame.h"
 #include "render/lightfield/lfm/map_shape.h"
-#include "render/lightfield/lfm/quantization.h"
-#include "render/lightfield/lfm/tile.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -34,9 +33,7 @@ struct BuildChoice {
   std::optional<size_t> triangles, terms;
   std::optional<int> samples;
   BuildOptions options = {};
-  std::optional<double> codebookRatio, codebookError;
-  std::optional<CodebookStart> codebookStart;
-  bool s3tc = false;
+  Compression compression = {};
 };
 
 constexpr size_t kTermsWithTolerance = 16;
@@ -71,31 +68,51 @@ const method::Rows<BuildChoice>& buildRows() {
            .paper = "triangle",
            .help = "photographs of a surface sample: those that see it, or that see its whole triangle"}),
       row<BuildChoice>(
-          "vq", [](auto& o) -> auto& { return o.codebookRatio; },
+          "vq", [](auto& o) -> auto& { return o.compression.ratio; },
           {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
       row<BuildChoice>(
-          "vq_error", [](auto& o) -> auto& { return o.codebookError; },
+          "vq_error", [](auto& o) -> auto& { return o.compression.error; },
           {.domain = method::Range{1e-6, 1},
            .help = "vector quantisation: as few maps as this RMS error of values within -1..1 allows"}),
-      row<BuildChoice>("vq_start", [](auto& o) -> auto& { return o.codebookStart; },
+      row<BuildChoice>("vq_start", [](auto& o) -> auto& { return o.compression.start; },
                        {.domain = words({"split", "pairs"}),
                         .help = "first codebook: split from one map, or merged from pairs of near maps"}),
-      row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
+      row<BuildChoice>("vq_means", [](auto& o) -> auto& { return o.compression.means; },
+                       {.paper = "on", .help = "vector quantisation of the means, too"}),
+      row<BuildChoice>("s3tc", [](auto& o) -> auto& { return o.compression.s3tc; },
                        {.help = "store maps as S3TC (DXT1) blocks, which the GPU reads"})};
   return kRows;
 }
 
 void checkBuild(const Setting& setting) {
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
-  if (choice.codebookRatio && choice.codebookError) throw Error("excludes --vq-error").at("--vq");
-  if (choice.codebookStart && !choice.codebookRatio && !choice.codebookError)
+  const Compression& compression = choice.compression;
+  if (compression.ratio && compression.error) throw Error("excludes --vq-error").at("--vq");
+  if (compression.start && !compression.hasCodebooks())
     throw Error("needs --vq or --vq-error").at("--vq-start");
+}
+
+// Compresses finished maps, the source.
+method::BuildReport compressModel(const method::BuildInput& input, const Setting& setting,
+                                  const Compression& compression, const Progress& progress) {
+  requireCompressionOnly(input, setting);
+  const Stopwatch watch;
+  OpenedMaps opened = openMaps(input.source, progress);
+  const LightFieldMaps maps =
+      inFile(input.source, [&] { return compressed(std::move(opened.maps), compression, progress); });
+  method::BuildReport report;
+  report.seconds["compression"] = watch.seconds();
+  writeMaps(maps, opened.folder, input.output, progress);
+  addCompressed(maps, input, report);
+  return report;
 }
 
 method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
                                const Progress& progress) {
   const Stopwatch watch;
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
+  if (lightfield::isFinished(input.source, kFormatTag))
+    return compressModel(input, setting, choice.compression, progress);
   lightfield::Views views = lightfield::viewsOf(input, progress);
   BuildOptions options = choice.options;
   options.terms = choice.terms.value_or(options.tolerance > 0 ? kTermsWithTolerance : options.terms);
@@ -105,14 +122,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   BuildReport report;
   LightFieldMaps built = build(views, options, report, progress);
   const Stopwatch compression;
-  const double error = choice.codebookError.value_or(0);
-  if (choice.codebookRatio || choice.codebookError)
-    built = withCodebooks(built,
-                          {.start = choice.codebookStart.value_or(CodebookStart::split),
-                           .ratio = choice.codebookRatio.value_or(0),
-                           .distortion = error * error},
-                          progress);
-  if (choice.s3tc) built = encoded(std::move(built));
+  built = compressed(std::move(built), choice.compression, progress);
   report.seconds["compression"] = compression.seconds();
   writeMaps(built, views.capture(), input.output, progress);
   const MapBytes maps = bytesOf(built);
@@ -289,14 +299,6 @@ std::unique_ptr<method::Renderer> openScene(std::span<const std::filesystem::pat
     for (const double entry : placement.rotation.reshaped()) identity += fmt::format(" {}", entry);
   }
   return rendererOf(joined(maps, objects), joinedRig(rigs, objects), models.front(), identity, setting);
-}
-
-void addMapBytes(const MapBytes& bytes, method::BuildReport& report) {
-  const std::pair<const char*, size_t> kinds[] = {{"surface", bytes.surface}, {"view", bytes.view},
-                                                  {"mean", bytes.mean},       {"indices", bytes.indices},
-                                                  {"scales", bytes.scales},   {"all", bytes.total()}};
-  for (const auto& [kind, size] : kinds)
-    report.counts[std::string("map_bytes.") + kind] = static_cast<double>(size);
 }
 
 const method::Method& lfmMethod() {

@@ -17,7 +17,4 @@ std::unique_ptr<method::Renderer> openScene(std::span<const std::filesystem::pat
                                             std::span<const PlacedObject> objects,
                                             const method::Setting& setting, const Progress& progress = {});
 
-// Bytes of maps by kind, as counts of a report: "map_bytes.surface".
-void addMapBytes(const MapBytes& bytes, method::BuildReport& report);
-
 } // namespace surflect::lfm

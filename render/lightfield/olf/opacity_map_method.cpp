@@ -1,9 +1,7 @@
 #include "render/gl/context.h"
 #include "render/lightfield/common/light_field_renderer.h"
 #include "render/lightfield/common/views.h"
-#include "render/lightfield/lfm/lfm_method.h"
-#include "render/lightfield/lfm/quantization.h"
-#include "render/lightfield/lfm/tile.h"
+#include "render/lightfield/lfm/compression.h"
 #include "render/lightfield/olf/opacity_field.h"
 #include "render/lightfield/olf/opacity_map_build.h"
 #include "render/lightfield/olf/opacity_map_frame.h"
@@ -31,8 +29,7 @@ struct MapBuildChoice {
   MapBuildOptions options = {};
   MeshOptions mesh = {};
   std::optional<int> samples;
-  std::optional<double> codebookRatio;
-  bool s3tc = false;
+  lfm::Compression compression = {.means = true};
 };
 
 method::Rows<MapBuildChoice> mapBuildRows() {
@@ -50,17 +47,34 @@ method::Rows<MapBuildChoice> mapBuildRows() {
            "terms", [](auto& o) -> auto& { return o.options.terms; },
            {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
        row<MapBuildChoice>(
-           "vq", [](auto& o) -> auto& { return o.codebookRatio; },
+           "vq", [](auto& o) -> auto& { return o.compression.ratio; },
            {.domain = method::Range{1, 1e6}, .help = "vector quantisation: maps for each stored codeword"}),
-       row<MapBuildChoice>("s3tc", [](auto& o) -> auto& { return o.s3tc; },
+       row<MapBuildChoice>("s3tc", [](auto& o) -> auto& { return o.compression.s3tc; },
                            {.help = "store maps as S3TC (DXT1 and DXT5) blocks, which the GPU reads"})});
   return rows;
+}
+
+// Compresses finished maps, the source.
+method::BuildReport compressModel(const method::BuildInput& input, const Setting& setting,
+                                  const lfm::Compression& compression, const Progress& progress) {
+  lfm::requireCompressionOnly(input, setting);
+  const Stopwatch watch;
+  const lightfield::LightFieldFolder folder(input.source, kMapFormat, kMapVersion, progress);
+  OpacityMaps maps = readMaps(folder, progress);
+  inFile(input.source, [&] { maps.maps = lfm::compressed(std::move(maps.maps), compression, progress); });
+  method::BuildReport report;
+  report.seconds["compression"] = watch.seconds();
+  writeMaps(maps, folder, input.output, progress);
+  lfm::addCompressed(maps.maps, input, report);
+  return report;
 }
 
 method::BuildReport buildModel(const method::BuildInput& input, const Setting& setting,
                                const Progress& progress) {
   const Stopwatch watch;
   const MapBuildChoice choice = method::applied(MapBuildChoice{}, mapBuildRows(), setting);
+  if (lightfield::isFinished(input.source, kMapFormat))
+    return compressModel(input, setting, choice.compression, progress);
   MapBuildOptions options = choice.options;
   options.mesh = {choice.mesh.hull, choice.mesh.triangles.value_or(0)};
   options.visible = choice.mesh.visible;
@@ -69,9 +83,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   MapBuildReport report;
   OpacityMaps built = buildMaps(views, options, report, progress);
   const Stopwatch compression;
-  if (choice.codebookRatio)
-    built.maps = lfm::withCodebooks(built.maps, {.ratio = *choice.codebookRatio, .means = true}, progress);
-  if (choice.s3tc) built.maps = lfm::encoded(std::move(built.maps));
+  built.maps = lfm::compressed(std::move(built.maps), choice.compression, progress);
   report.seconds["compression"] = compression.seconds();
   writeMaps(built, views.capture(), input.output, progress);
   const lfm::MapBytes maps = lfm::bytesOf(built.maps);

@@ -14,13 +14,28 @@ void describeMapNumbers(lightfield::NumberArchive& archive, OpacityMaps& maps) {
 
 } // namespace
 
+namespace {
+
+lightfield::Numbers numbersOf(const OpacityMaps& maps) {
+  lightfield::Numbers numbers = lfm::numbersOf(maps.maps);
+  numbers.merge(lightfield::numbersOf(maps, describeMapNumbers));
+  return numbers;
+}
+
+} // namespace
+
 void writeMaps(const OpacityMaps& maps, const capture::Capture& capture, const std::filesystem::path& folder,
                const Progress& progress) {
   lightfield::LightFieldWriter writer(folder, kMapFormat, kMapVersion);
   writer.write(lfm::kMapsFile, lfm::mapsBytes(maps.maps));
-  lightfield::Numbers numbers = lfm::numbersOf(maps.maps);
-  numbers.merge(lightfield::numbersOf(maps, describeMapNumbers));
-  writer.commit(capture, maps.maps.mesh, numbers, progress);
+  writer.commit(capture, maps.maps.mesh, numbersOf(maps), progress);
+}
+
+void writeMaps(const OpacityMaps& maps, const lightfield::LightFieldFolder& source,
+               const std::filesystem::path& folder, const Progress& progress) {
+  lightfield::LightFieldWriter writer(folder, kMapFormat, kMapVersion);
+  writer.write(lfm::kMapsFile, lfm::mapsBytes(maps.maps));
+  writer.commit(source, numbersOf(maps), progress);
 }
 
 OpacityMaps readMaps(const lightfield::LightFieldFolder& folder, const Progress& progress) {

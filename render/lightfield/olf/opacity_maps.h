@@ -51,6 +51,10 @@ inline constexpr int kMapVersion = 1;
 void writeMaps(const OpacityMaps& maps, const capture::Capture& capture, const std::filesystem::path& folder,
                const Progress& progress = {});
 
+// Likewise for maps with the mesh and the views of a finished folder, whose files are copied.
+void writeMaps(const OpacityMaps& maps, const lightfield::LightFieldFolder& source,
+               const std::filesystem::path& folder, const Progress& progress = {});
+
 // Reads maps. Throws Error naming file and field for a folder that is damaged or of another format, and
 // Cancelled.
 OpacityMaps readMaps(const lightfield::LightFieldFolder& folder, const Progress& progress = {});

@@ -43,7 +43,8 @@ TEST(LfmFile, ReadingReturnsWhatWasWritten) {
   for (Term& term : nmf.terms) term.surface = scalarTable(term.surface, nmf.samples);
   nmf.layout = SurfaceLayout::scalar;
   for (const LightFieldMaps& before :
-       {sample(), nmf, encoded(sample()), syntheticMaps(squarePatch(2), {.terms = 0})}) {
+       {sample(), nmf, encoded(sample()), syntheticMaps(squarePatch(2), {.terms = 0}),
+        syntheticMaps(bumpySphere(5, 7))}) {
     const std::vector<std::byte> bytes = mapsBytes(before);
     const LightFieldMaps after = parseMaps(bytes, before.mesh);
     EXPECT_EQ(mapsBytes(after), bytes);
@@ -124,6 +125,10 @@ TEST(LfmFile, AFolderIsReadAgainAndDamageIsNoticed) {
   EXPECT_EQ(opened.maps.mesh.triangles, maps.mesh.triangles);
   EXPECT_EQ(opened.folder.rig().views.size(), 3u);
   EXPECT_EQ(opened.folder.count("terms", 0, 9), 2u);
+
+  writeMaps(opened.maps, opened.folder, folder / "again");
+  for (const char* name : {"manifest.json", "transforms.json", "mesh.bin", kMapsFile})
+    EXPECT_EQ(readFile((folder / "again") / name), readFile((folder / "maps") / name)) << name;
 
   std::string content = readFile((folder / "maps") / kMapsFile);
   content[content.size() / 2] ^= 1;

@@ -1,0 +1,84 @@
+#include "render/lightfield/lfm/compression.h"
+
+#include "render/lightfield/common/views.h"
+#include "render/lightfield/lfm/quantization.h"
+#include "render/lightfield/lfm/tile.h"
+#include "render/lightfield/lfm/vertex_matrix.h"
+#include "render/lightfield/lfm/view_blend.h"
+#include "surfel/base/error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace surflect::lfm {
+
+namespace {
+
+bool hasBlocks(const LightFieldMaps& maps) {
+  const auto isEncoded = [](const MapTable& table) { return table.maps.coding != Coding::bytes; };
+  return isEncoded(maps.mean) || std::ranges::any_of(maps.terms, [&](const Term& term) {
+           return isEncoded(term.surface) || isEncoded(term.view);
+         });
+}
+
+} // namespace
+
+LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, const Progress& progress) {
+  if ((compression.hasCodebooks() || compression.s3tc) && hasBlocks(maps))
+    throw Error("have S3TC blocks already, expected bytes").at("maps");
+  if (compression.hasCodebooks()) {
+    if (maps.layout != SurfaceLayout::packed) throw Error("have codebooks already").at("maps");
+    const double error = compression.error.value_or(0);
+    maps = withCodebooks(maps,
+                         {.start = compression.start.value_or(CodebookStart::split),
+                          .ratio = compression.ratio.value_or(0),
+                          .distortion = error * error,
+                          .means = compression.means},
+                         progress);
+  }
+  if (compression.s3tc) maps = encoded(std::move(maps));
+  return maps;
+}
+
+void addMapBytes(const MapBytes& bytes, method::BuildReport& report) {
+  const std::pair<const char*, size_t> kinds[] = {{"surface", bytes.surface}, {"view", bytes.view},
+                                                  {"mean", bytes.mean},       {"indices", bytes.indices},
+                                                  {"scales", bytes.scales},   {"all", bytes.total()}};
+  for (const auto& [kind, size] : kinds)
+    report.counts[std::string("map_bytes.") + kind] = static_cast<double>(size);
+}
+
+void addCompressed(const LightFieldMaps& maps, const method::BuildInput& input, method::BuildReport& report) {
+  const size_t triangles = maps.mesh.triangles.size();
+  const uint64_t resampled = resampledBytes(triangles, PatchGrid::samples(maps.samples),
+                                            ViewGrid(maps.viewSize).cells(), maps.channels);
+  const size_t bytes = bytesOf(maps).total();
+  input.say(fmt::format("{}: maps of {}, {:.0f} times smaller than the resampled light field",
+                        input.output.string(), lightfield::mebibytes(bytes),
+                        lightfield::ratioOf(resampled, bytes)));
+  report.counts["triangles"] = static_cast<double>(triangles);
+  report.counts["samples"] = maps.samples;
+  report.counts["resampled_bytes"] = static_cast<double>(resampled);
+  report.counts["compression"] = lightfield::ratioOf(resampled, bytes);
+  report.counts["bytes"] = static_cast<double>(method::modelBytes(input.output));
+  addMapBytes(bytesOf(maps), report);
+}
+
+void requireCompressionOnly(const method::BuildInput& input, const method::Setting& setting) {
+  constexpr std::array<std::string_view, 5> kOptions{"vq", "vq_error", "vq_start", "vq_means", "s3tc"};
+  for (const auto& [name, value] : setting)
+    if (std::ranges::find(kOptions, name) == kOptions.end())
+      throw Error("is for photographs; finished maps can only be compressed").at(method::flagOf(name));
+  std::error_code unknown; // reported when writing
+  if (std::filesystem::equivalent(input.source, input.output, unknown))
+    throw Error("is the source: give another -o").in(input.output);
+}
+
+} // namespace surflect::lfm

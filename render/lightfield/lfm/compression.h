@@ -1,0 +1,36 @@
+// Compression of finished light field maps: codebooks, then S3TC.  [Chen 2002, §4]
+#pragma once
+
+#include "render/lightfield/lfm/maps.h"
+#include "render/lightfield/lfm/vector_quantization.h"
+#include "render/method/method.h"
+#include "render/method/option.h"
+#include "surfel/base/time.h"
+
+#include <optional>
+
+namespace surflect::lfm {
+
+struct Compression {
+  std::optional<double> ratio; // vector quantisation: maps for each codeword
+  std::optional<double> error; // vector quantisation: RMS error of values within -1..1 that suffices
+  std::optional<CodebookStart> start;
+  bool means = false; // whether mean maps get a codebook, too
+  bool s3tc = false;
+
+  bool hasCodebooks() const { return ratio || error; }
+};
+
+// Throws Error for maps that have codebooks, if others are asked for, or S3TC blocks already; and Cancelled.
+LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, const Progress& progress = {});
+
+// Bytes of maps by kind, as counts of a report: "map_bytes.surface".
+void addMapBytes(const MapBytes& bytes, method::BuildReport& report);
+// Likewise sizes of finished maps that were compressed, which are told to people, too.
+void addCompressed(const LightFieldMaps& maps, const method::BuildInput& input, method::BuildReport& report);
+
+// Throws Error if the options of a build from finished maps are others than those of compression, or if its
+// output is its source.
+void requireCompressionOnly(const method::BuildInput& input, const method::Setting& setting);
+
+} // namespace surflect::lfm
