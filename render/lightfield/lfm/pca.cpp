@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -41,10 +42,15 @@ Eigen::MatrixXd unpacked(const float* pairs, size_t terms) {
 }
 
 WeightedSums::WeightedSums(ArrangedMatrix matrix)
-    : planes_(matrix.planes), stride_(matrix.stride), cells_(matrix.cells), values_(0, 0), weights_(0, 0) {
+    : planes_(matrix.planes), stride_(matrix.stride), cells_(matrix.cells), values_(0, 0), weights_(0, 0),
+      cellWeights_(matrix.cells, 0) {
   for (size_t row = 0; row < matrix.rows(); ++row) {
     double weights = 0;
-    for (size_t n = 0; n < cells_; ++n) weights += matrix.weights ? matrix.weights->row(row)[n] : 1;
+    for (size_t n = 0; n < cells_; ++n) {
+      const double weight = matrix.weights ? matrix.weights->row(row)[n] : 1;
+      weights += weight;
+      cellWeights_[n] += weight;
+    }
     rowWeights_.push_back(weights);
     for (size_t c = 0; c < planes_; ++c) {
       double sum = 0, squares = 0;
@@ -246,13 +252,23 @@ void store(const VectorXd& vector, float* to) {
   for (Eigen::Index k = 0; k < vector.size(); ++k) to[k] = static_cast<float>(vector[k]);
 }
 
-MatrixXd gramOf(const PaddedRows<float>& columns) {
+// Products of columns, summed over rows [first, first + weights.size()) by weight.
+MatrixXd gramOf(const PaddedRows<float>& columns, std::span<const double> weights, size_t first = 0) {
   MatrixXd gram = MatrixXd::Zero(columns.columns(), columns.columns());
-  for (size_t i = 0; i < columns.rows(); ++i) {
-    const VectorXd row = vectorAt(columns.row(i), columns.columns());
-    gram.noalias() += row * row.transpose();
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const VectorXd row = vectorAt(columns.row(first + i), columns.columns());
+    gram.noalias() += weights[i] * row * row.transpose();
   }
   return gram;
+}
+
+// Weights, divided by their mean.
+std::vector<double> shares(const std::vector<double>& weights) {
+  double sum = 0;
+  for (const double weight : weights) sum += weight;
+  std::vector<double> result;
+  for (const double weight : weights) result.push_back(weight * static_cast<double>(weights.size()) / sum);
+  return result;
 }
 
 PaddedRows<float> transformed(const PaddedRows<float>& columns, const MatrixXd& by) {
@@ -275,8 +291,8 @@ public:
   // Fits V to U and the mean.
   void fitCells();
   // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V over
-  // cells to the mean of the rows. The product stays, u (v - m)' + u m' = u v', since all rows share m: it is
-  // the unweighted mean.
+  // cells to the mean of the rows. The product stays, u (v - m)' + u m' = u v', since all rows share m. Rows
+  // and cells count by their mean weights.
   void orthogonalise();
 
   PlainFactors factors() && { return std::move(factors_); }
@@ -296,14 +312,16 @@ private:
   double squaredError_ = 0, entries_ = 0;
   double negligible_; // sum of squares that is rounding error
   WeightedSums sums_;
+  std::vector<double> rowShares_, cellShares_; // weights of rows and cells; their means are 1
 };
 
 Fit::Fit(ArrangedMatrix matrix, size_t terms, double negligible)
-    : negligible_(negligible), sums_(std::move(matrix)) {
+    : negligible_(negligible), sums_(std::move(matrix)), rowShares_(shares(sums_.rowWeights())),
+      cellShares_(shares(sums_.cellWeights())) {
   factors_ = leadingTerms(sums_.weightedValues(), terms, negligible_);
   factors_.mean.assign(sums_.planes() * sums_.rows(), 0);
   for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(sums_.planes());
-  const MatrixXd gram = gramOf(factors_.surface);
+  const MatrixXd gram = gramOf(factors_.surface, std::vector<double>(sums_.rows(), 1));
   for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
   squaredError_ = std::max(0.0, sums_.squares() - gram.trace());
 }
@@ -368,7 +386,7 @@ void Fit::orthogonalise() {
   for (size_t c = 0; c < sums_.planes(); ++c) {
     VectorXd mean = VectorXd::Zero(count);
     for (size_t n = 0; n < sums_.cells(); ++n)
-      mean += vectorAt(factors_.view.row(c * sums_.stride() + n), count);
+      mean += cellShares_[n] * vectorAt(factors_.view.row(c * sums_.stride() + n), count);
     mean /= static_cast<double>(sums_.cells());
     for (size_t n = 0; n < sums_.cells(); ++n)
       for (size_t k = 0; k < count; ++k)
@@ -378,13 +396,16 @@ void Fit::orthogonalise() {
           static_cast<float>(vectorAt(factors_.surface.row(row), count).dot(mean));
   }
   // V = W S, where W is orthonormal; U S' = Q L R' gives U V' = (Q L) (W R)'.
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofView(gramOf(factors_.view));
+  MatrixXd viewGram = MatrixXd::Zero(count, count);
+  for (size_t c = 0; c < sums_.planes(); ++c)
+    viewGram += gramOf(factors_.view, cellShares_, c * sums_.stride());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofView(viewGram);
   const VectorXd roots = ofView.eigenvalues().cwiseMax(0).cwiseSqrt();
   const VectorXd inverse = roots.unaryExpr(
       [&](double root) { return root > 1e-6 * roots.maxCoeff() && root > 0 ? 1 / root : 0.0; });
   const MatrixXd spread = ofView.eigenvectors() * roots.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofProduct(spread.transpose() * gramOf(factors_.surface) *
-                                                          spread);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofProduct(spread.transpose() *
+                                                          gramOf(factors_.surface, rowShares_) * spread);
   const MatrixXd turn = ofProduct.eigenvectors().rowwise().reverse();
   factors_.surface = transformed(factors_.surface, spread * turn);
   factors_.view = transformed(factors_.view, ofView.eigenvectors() * inverse.asDiagonal() * turn);

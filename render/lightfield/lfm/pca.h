@@ -37,6 +37,8 @@ public:
   // For each row: sum w a_c of each plane c; sum w.
   const std::vector<double>& rowSums() const { return rowSums_; }       // [rows][planes]
   const std::vector<double>& rowWeights() const { return rowWeights_; } // [rows]
+  // Sum of w over rows.
+  const std::vector<double>& cellWeights() const { return cellWeights_; } // [cells]
 
   // sum over cells and planes of w a v: [rows][terms]; sum over rows of w a u: [planes x stride][terms].
   PaddedRows<float> alongView(const PaddedRows<float>& view) const;
@@ -53,7 +55,7 @@ private:
   size_t planes_, stride_, cells_;
   PaddedRows<float> values_;  // w a
   PaddedRows<float> weights_; // none if all are 1
-  std::vector<double> rowSums_, rowWeights_;
+  std::vector<double> rowSums_, rowWeights_, cellWeights_;
   double squares_ = 0;
 };
 
@@ -80,8 +82,11 @@ struct FitOptions {
 };
 
 // Mean and `terms` terms with a small weighted squared error, by alternating least squares from the principal
-// components; they are orthogonal in the end, the strongest first. There are none if the matrix is its mean.
-// The mean is that of the fitted product over all cells, each counted once. The matrix must have weights.
+// components. There are none if the matrix is its mean. The matrix must have weights.
+//
+// In the end terms are orthogonal, the strongest first, if the weight of an entry is taken as the product of
+// the mean weights of its row and of its cell: the best order of terms for such weights. The mean is that of
+// the fitted product over all cells by these weights.
 //
 // A ridge keeps factors of rows and cells with few observations near 0: that of a normal prior with the mean
 // square that a factor has so far, weighted by kPriorShare. Factors are finite if the values are.

@@ -270,6 +270,20 @@ TEST(WeightedPca, FirstTermsAreNearlyThoseOfAShorterFit) {
               1.15 * errorOf(fitted(terms), terms, matrix.view()).rms());
 }
 
+// Weights of rows times weights of cells: most of the object is seen from few directions.
+TEST(WeightedPca, FirstTermsAreThoseOfAShorterFitIfWeightsAreProducts) {
+  GlossyMatrix matrix = small();
+  for (size_t i = 0; i < matrix.samples; ++i)
+    for (size_t n = 0; n < matrix.cells; ++n)
+      matrix.weights.push_back((i % 4 == 0 ? 1.f : 0.2f) * (n % 3 == 0 ? 1.f : 0.02f));
+  const auto fitted = [&](size_t terms) { return factorized(matrix.view(), {.terms = terms}); };
+  const Factors many = fitted(6);
+  for (const size_t terms : {0u, 1u, 2u, 4u, 6u})
+    EXPECT_LT(errorOf(many, terms, matrix.view()).rms(),
+              1.01 * errorOf(fitted(terms), terms, matrix.view()).rms())
+        << terms;
+}
+
 TEST(WeightedPca, FewExactObservationsAreSeldomExtrapolatedFar) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform;
