@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -35,16 +36,18 @@ struct PackArguments {
   bool force = false;
 
   bool isStage() const { return std::filesystem::path(capture.path).extension() == ".toml"; }
-  // Whether the capture is a finished light field instead, which the method may compress.
-  bool isLightField() const {
-    std::error_code unknown; // reported when reading
-    return std::filesystem::exists(std::filesystem::path(capture.path) / model::kManifestFile, unknown) &&
-           method::methodOfModel(capture.path).build;
+  // The method of a finished light field in the capture's place, which the method may compress; null for a
+  // capture.
+  const method::Method* ofLightField() const {
+    const auto made = std::ranges::find_if(method::methods(), [&](const method::Method& candidate) {
+      return candidate.build && lightfield::isFinished(capture.path, candidate.format);
+    });
+    return made == method::methods().end() ? nullptr : &*made;
   }
   // A light field has a method of its own, unless one is given.
   const method::Method& chosenMethod() const {
-    return isLightField() && method == kSurfels ? method::methodOfModel(capture.path)
-                                                : method::methodOf(method);
+    const method::Method* const own = method == kSurfels ? ofLightField() : nullptr;
+    return own ? *own : method::methodOf(method);
   }
 };
 
@@ -56,7 +59,7 @@ void requireMatching(const PackArguments& arguments, const method::Method& metho
     throw UsageError(Error("is a stage file, of which only --method spherical is made; `surflect capture` "
                            "photographs it")
                          .in(arguments.capture.path));
-  const bool hasPhotographs = !isStage && !arguments.isLightField();
+  const bool hasPhotographs = !isStage && !arguments.ofLightField();
   if (!hasPhotographs &&
       (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
     throw UsageError(Error("--mesh, --nearest, --lights and --environment are for photographs")
@@ -107,7 +110,7 @@ Json packSurfels(const PackArguments& arguments, const method::Setting& setting,
 // kept in the model's folder.
 std::filesystem::path viewsOf(const PackArguments& arguments, const method::Method& method, Json& json,
                               const Progress& progress) {
-  if (arguments.isStage() || arguments.isLightField()) return arguments.capture.path;
+  if (arguments.isStage() || arguments.ofLightField()) return arguments.capture.path;
   const capture::Capture capture = capture::readCapture(arguments.capture.path, arguments.capture.outside);
   if (!arguments.light.isGiven()) {
     if (capture.lights.size() > 1)
