@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -61,7 +62,8 @@ capture::Capture rigOf(const capture::Capture& capture) {
 
 // Format of a finished light field in a folder; empty if there is none.
 std::string formatOf(const fs::path& folder) {
-  if (!fs::exists(folder / kManifestFile)) return "";
+  std::error_code unknown; // reported when reading or writing
+  if (!fs::exists(folder / kManifestFile, unknown)) return "";
   const Json json = Json::parse(readFile(folder / kManifestFile, kLargestText), nullptr, false);
   if (!json.is_object() || !json.contains("files")) return ""; // a surfel model has no such field
   const Json& format = capture::valueAt(json, "format");
