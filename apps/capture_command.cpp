@@ -102,7 +102,7 @@ void sayCamerasInside(const stage::Stage& stage) {
         stage::isInside(scene, assume<Point3<AcquisitionSpace, double>>(view.camera.center().raw())))
       inside.push_back(view.identity);
   if (!inside.empty())
-    say(fmt::format("warning: {} of {} stand inside of an object: {}", inside.size(),
+    say(fmt::format("warning: {} of {} are inside an object: {}", inside.size(),
                     counted(stage.rig.views.size(), "camera"), firstNames(inside)));
 }
 

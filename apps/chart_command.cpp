@@ -70,14 +70,13 @@ std::string machine() {
   return fmt::format("{}, {}, {}", name, counted(threads, "thread"), nameOf(bestSimd()));
 }
 
-// Warning that other work takes time of the processors; empty if they are nearly idle.
+// Warning that other work takes time of the processors; empty if it is less than that of one.
 std::string busyMachine() {
-  constexpr double kIdle = 0.25; // of the processors
   double load = 0;
-  const double processors = std::max(1u, std::thread::hardware_concurrency());
-  if (getloadavg(&load, 1) < 1 || load < kIdle * processors) return "";
+  const unsigned processors = std::max(1u, std::thread::hardware_concurrency());
+  if (getloadavg(&load, 1) < 1 || load < 1) return "";
   return fmt::format(
-      "warning: the machine is busy (load {:.1f} of {:.0f} processors in the last minute), so that "
+      "warning: the machine is busy (load {:.1f} of {} processors in the last minute), so that "
       "times may be too long",
       load, processors);
 }

@@ -95,7 +95,7 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
           ->check(notEmpty())
           ->group("Light");
   CLI::Option* environment =
-      command.add_option("--environment", light.environment, "environment map instead")
+      command.add_option("--environment", light.environment, "environment map, instead of --lights")
           ->check(notEmpty())
           ->group("Light")
           ->excludes(script);
@@ -113,7 +113,7 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
                               return row.first;
                             })->second;
           },
-          "how the map's pixels stand for directions; default: 2:1 is lat-long")
+          "how its pixels stand for directions; default: lat-long if twice as wide as high")
       ->check(CLI::IsMember(mappings))
       ->group("Light")
       ->needs(environment);

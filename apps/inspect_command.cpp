@@ -119,7 +119,12 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   if (packed && !arguments.overlay.empty())
     throw Error("a model has no photographs: --overlay draws over a capture").in(arguments.input.path);
   if (packed) return told(describe(model::openModel(arguments.input.path, progress)));
-  if (auto file = describeFile(arguments.input.path, progress)) return told(*std::move(file));
+  if (auto file = describeFile(arguments.input.path, progress)) {
+    if (!arguments.overlay.empty() || !arguments.impostor.mesh.empty() || arguments.impostor.relief)
+      throw UsageError(Error("is a single file: --overlay, --mesh and --relief are for captures")
+                           .in(arguments.input.path));
+    return told(*std::move(file));
+  }
 
   if (!arguments.overlay.empty()) requireReplaceable(arguments.overlay);
   const capture::Capture capture = arguments.input.read();
@@ -142,7 +147,10 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
                       : "no fault was found; --overlay checks cameras against a hull, too");
     return report;
   };
-  if (!isGeometryGiven && arguments.overlay.empty()) return concluded();
+  if (!isGeometryGiven && arguments.overlay.empty()) {
+    if (const auto note = proxy::noteOnUnusedMeshes(capture)) say(*note);
+    return concluded();
+  }
   const auto training = capture::subset(
       capture, [](const capture::Frame& frame) { return frame.split == capture::Split::train; });
   const proxy::Impostor impostor = proxy::impostorOf(training, arguments.impostor, progress);

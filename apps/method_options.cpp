@@ -200,9 +200,9 @@ std::map<std::string, Setting> MethodOptions::settingsFor(std::span<const Method
         setting.insert_or_assign(name, method::parseValue(method::rowOf(options, name), text));
         ++takers[name];
       }
+      if (kind_ == Kind::build && method->checkBuild) method->checkBuild(setting); // presets go together
       setting = method::withPreset(std::move(setting), preset(), options.rows);
       method::requireSetting(options, setting);
-      if (kind_ == Kind::build && method->checkBuild) method->checkBuild(setting);
       settings[method->tag] = std::move(setting);
     }
     for (const auto& [name, text] : given_)

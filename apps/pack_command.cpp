@@ -19,6 +19,8 @@
 #include <cstring>
 #include <fcntl.h>
 #include <memory>
+#include <optional>
+#include <string>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -30,36 +32,46 @@ constexpr const char* kSurfels = "surfels";
 
 struct PackArguments {
   CaptureArgument capture; // or a stage file
-  std::string output, mesh, method = kSurfels, stageScale;
+  std::string output, mesh, stageScale;
+  std::optional<std::string> method; // default: surfels, or that of a finished light field
   FixedLight light;
   MethodOptions options;
   bool force = false;
 
   bool isStage() const { return std::filesystem::path(capture.path).extension() == ".toml"; }
-  // The method of a finished light field in the capture's place, which the method may compress; null for a
-  // capture.
-  const method::Method* ofLightField() const {
-    const auto made = std::ranges::find_if(method::methods(), [&](const method::Method& candidate) {
-      return candidate.build && lightfield::isFinished(capture.path, candidate.format);
-    });
-    return made == method::methods().end() ? nullptr : &*made;
-  }
-  // A light field has a method of its own, unless one is given.
-  const method::Method& chosenMethod() const {
-    const method::Method* const own = method == kSurfels ? ofLightField() : nullptr;
-    return own ? *own : method::methodOf(method);
-  }
 };
+
+// The method of a finished light field in the capture's place, which may be compressed; null for a capture.
+const method::Method* methodOfLightField(const std::string& path) {
+  const auto made = std::ranges::find_if(method::methods(), [&](const method::Method& candidate) {
+    return candidate.build && lightfield::isFinished(path, candidate.format);
+  });
+  return made == method::methods().end() ? nullptr : &*made;
+}
+
+// Throws UsageError unless a finished light field, `made`, is compressed by its method and nothing else.
+void requireCompressible(const PackArguments& arguments, const method::Method& made) {
+  if (made.compressOptions.empty() || (arguments.method && *arguments.method != made.tag))
+    throw UsageError(
+        Error(fmt::format("is a finished {}: only lfm and olfm are compressed again, each by its own method",
+                          made.tag))
+            .in(arguments.capture.path));
+  for (const method::Option& option : made.buildOptions)
+    if (arguments.options.isGiven(option.name) &&
+        std::ranges::find(made.compressOptions, option.name) == made.compressOptions.end())
+      throw UsageError(
+          Error("is for photographs; finished maps can only be compressed").at(method::flagOf(option.name)));
+}
 
 // Throws UsageError for arguments that do not go together.
 void requireMatching(const PackArguments& arguments, const method::Method& method,
-                     const method::Setting& setting) {
+                     const method::Setting& setting, bool isLightField) {
   const bool isStage = arguments.isStage();
   if (isStage && method.tag != "spherical")
     throw UsageError(Error("is a stage file, of which only --method spherical is made; `surflect capture` "
                            "photographs it")
                          .in(arguments.capture.path));
-  const bool hasPhotographs = !isStage && !arguments.ofLightField();
+  const bool hasPhotographs = !isStage && !isLightField;
   if (!hasPhotographs &&
       (!arguments.mesh.empty() || setting.contains("nearest") || arguments.light.isGiven()))
     throw UsageError(Error("--mesh, --nearest, --lights and --environment are for photographs")
@@ -110,7 +122,6 @@ Json packSurfels(const PackArguments& arguments, const method::Setting& setting,
 // kept in the model's folder.
 std::filesystem::path viewsOf(const PackArguments& arguments, const method::Method& method, Json& json,
                               const Progress& progress) {
-  if (arguments.isStage() || arguments.ofLightField()) return arguments.capture.path;
   const capture::Capture capture = capture::readCapture(arguments.capture.path, arguments.capture.outside);
   if (!arguments.light.isGiven()) {
     if (capture.lights.size() > 1)
@@ -166,9 +177,15 @@ void requireSameMethod(const std::filesystem::path& output, const method::Method
 }
 
 Json runPack(const PackArguments& arguments, const Progress& progress) {
-  const method::Method& method = arguments.chosenMethod();
-  const method::Setting setting = arguments.options.settingFor(method);
-  requireMatching(arguments, method, setting);
+  const method::Method* const made = methodOfLightField(arguments.capture.path);
+  if (made) requireCompressible(arguments, *made);
+  const method::Method& method = made ? *made : method::methodOf(arguments.method.value_or(kSurfels));
+  method::Setting setting = arguments.options.settingFor(method);
+  requireMatching(arguments, method, setting, made != nullptr);
+  if (made)
+    std::erase_if(setting, [&](const auto& entry) { // those of a preset
+      return std::ranges::find(made->compressOptions, entry.first) == made->compressOptions.end();
+    });
   Json json = {{"method", method.tag}, {"options", jsonOf(setting)}};
   const std::string checked = arguments.light.isGiven()
                                   ? (std::filesystem::path(arguments.output) / method::kViewsFolder).string()
@@ -182,7 +199,9 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
     json["findings"] = findings.json();
     return json;
   }
-  method::BuildInput input{.source = viewsOf(arguments, method, json, progress),
+  const bool isCapture = !arguments.isStage() && !made;
+  method::BuildInput input{.source = isCapture ? viewsOf(arguments, method, json, progress)
+                                               : std::filesystem::path(arguments.capture.path),
                            .mesh = arguments.mesh,
                            .paths = arguments.capture.outside,
                            .stageScale = arguments.stageScale,
@@ -198,7 +217,7 @@ Json runPack(const PackArguments& arguments, const Progress& progress) {
   }();
   json.update(countsJson(report.counts));
   for (const auto& [name, values] : report.lists) json[name] = values;
-  if (!arguments.isStage()) json["findings"] = findings.json();
+  if (isCapture) json["findings"] = findings.json();
   json["seconds"] = report.seconds;
   json["memory_peak_bytes"] = memoryUse().peakBytes;
   return json;
@@ -215,9 +234,9 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
       "         surflect pack examples/vase --method lfm --environment examples/environments/studio.exr "
       "--up 0 0 1 \\\n           --common-lights -o vase.lfm --terms 3 --vq 8 --s3tc");
   command
-      ->add_option("capture", arguments->capture.path,
-                   "folder with transforms.json, or a JSON file; for --method spherical also a stage file; a "
-                   "finished lfm or olfm to be compressed")
+      ->add_option(
+          "capture", arguments->capture.path,
+          "capture folder or JSON file; a stage file for spherical; or a finished lfm or olfm to compress")
       ->required();
   addAllowOutside(*command, arguments->capture.outside);
   command->add_option("-o,--output", arguments->output, "the model's folder")->required()->check(notEmpty());
@@ -225,9 +244,8 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
   for (const method::Method& method : method::methods()) tags.push_back(method.tag);
   command
       ->add_option("--method", arguments->method,
-                   fmt::format("representation of the object: {}", fmt::join(tags, ", ")))
+                   fmt::format("representation of the object: {}; default: surfels", fmt::join(tags, ", ")))
       ->option_text("METHOD")
-      ->capture_default_str()
       ->check([](const std::string& tag) -> std::string {
         try {
           method::methodOf(tag);
@@ -243,7 +261,7 @@ void addPackCommand(CLI::App& app, CommandWork& work) {
                     "pack in spite of errors that the checks of the capture find");
   addFixedLight(*command, arguments->light, false);
   arguments->options.add(*command, MethodOptions::Kind::build,
-                         [arguments] { return &method::methodOf(arguments->method); });
+                         [arguments] { return &method::methodOf(arguments->method.value_or(kSurfels)); });
   setWork(*command, work, "the same command again keeps the views that were finished",
           [arguments](const Progress& progress) { return runPack(*arguments, progress); });
 }

@@ -86,9 +86,9 @@ void announceFits(std::vector<proxy::Impostor::Fit> fits) {
         "mattes are wrong",
         median, kHullFits));
   announceEach(inOrder);
-  say("outlines do not tell hollows, which a hull fills: details slide where it lies off the object. A mesh "
-      "of "
-      "photogrammetry, such as COLMAP's, is better: --mesh");
+  say("a hull fills hollows, which outlines do not show, so that details slide there; a mesh of "
+      "photogrammetry, "
+      "such as COLMAP's, is better: --mesh");
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
@@ -134,8 +134,8 @@ void announceInterpolation(const model::InterpolationSelection& selection) {
   const double db = isSeparate ? separate : chosen;
   say(fmt::format(
       "new views: weighted by {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
-      nameOf(selection.choice.kind), db, gradeOf(db),
-      db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
+      isSeparate ? "camera and light separately" : "kriging over cameras and lights together", db,
+      gradeOf(db), db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
 }
 
 } // namespace
@@ -175,13 +175,16 @@ Json jsonOf(const model::PackReport& report) {
 
 std::string sparseSurfels(size_t surfels, double pixelsBetween) {
   constexpr double kEnough = 0.75, kTwoAcross = 0.5; // pixels
-  if (pixelsBetween <= kEnough) return "";
+  constexpr double kMostGiven = 1e8;                 // by --surfels
+  if (!std::isfinite(pixelsBetween) || pixelsBetween <= kEnough) return "";
   const double ratio = pixelsBetween / kTwoAcross,
                wanted = std::ceil(1e-4 * static_cast<double>(surfels) * ratio * ratio) * 1e4;
   return fmt::format(
       "warning: surfels are {:.1f} pixels of the photographs apart, so that finer details blur; two "
-      "across a pixel are --surfels {:.0f}, which take {:.1f} GB of memory to sample",
-      pixelsBetween, wanted, 1e-9 * wanted * model::kBytesPerSurfel);
+      "across a pixel are {:.0f}, which take {:.1f} GB of memory to sample{}",
+      pixelsBetween, wanted, 1e-9 * wanted * model::kBytesPerSurfel,
+      wanted <= kMostGiven ? fmt::format(": --surfels {:.0f}", wanted)
+                           : std::string("; more than --surfels may be"));
 }
 
 void announceEstimate(const model::PackEstimate& estimate) {

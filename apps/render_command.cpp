@@ -217,10 +217,9 @@ public:
   bool isKnown() const { return worst_.has_value(); }
   std::string sentence() const {
     return fmt::format(
-        "{:.0f} % of the object's pixels are to be trusted, in frame {} fewest: {:.0f} %; there, the "
-        "predicted error is at most {:.0f}/255 of white. Cameras and lights nearer to the captured "
-        "ones are better",
-        100 * film_.share(), worst_->first, 100 * worst_->second.share(), 255 * evaluation::kTrustedError);
+        "predicted error: at most {:.0f}/255 of white in {:.0f} % of the object's pixels (fewest: frame "
+        "{}, {:.0f} %); cameras and lights nearer to captured ones lower it",
+        255 * evaluation::kTrustedError, 100 * film_.share(), worst_->first, 100 * worst_->second.share());
   }
   Json json() const {
     return {{"error_of_white", evaluation::kTrustedError},

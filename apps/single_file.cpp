@@ -28,10 +28,11 @@ Json describePicture(const std::filesystem::path& path) {
 Json describe(const char* kind, const TriangleMesh& mesh) {
   const Eigen::AlignedBox3d box = boundsOf(mesh.positions);
   const auto corner = [](const Vec3<double>& p) { return Json::array({p.x(), p.y(), p.z()}); };
-  return {{"file", kind},
-          {"vertices", mesh.positions.size()},
-          {"triangles", mesh.triangles.size()},
-          {"box", {corner(box.min()), corner(box.max())}}};
+  Json json = {{"file", mesh.triangles.empty() ? "points without triangles" : kind},
+               {"vertices", mesh.positions.size()},
+               {"triangles", mesh.triangles.size()}};
+  if (!box.isEmpty()) json["box"] = {corner(box.min()), corner(box.max())};
+  return json;
 }
 
 Json describeToml(const std::filesystem::path& path) {
@@ -50,7 +51,7 @@ Json describeToml(const std::filesystem::path& path) {
     const stage::Stage stage = stage::readStage(path);
     return {{"file", "a stage"}, {"objects", stage.objects.size()}};
   } catch (const Error& error) {
-    throw Error(fmt::format("neither a script ({}) nor a stage ({})", asScript, error.what())).in(path);
+    throw Error(fmt::format("neither a script ({}) nor a stage ({})", asScript, error.what()));
   }
 }
 

@@ -46,23 +46,38 @@ double boxDifference(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b)
          b.diagonal().norm();
 }
 
-// Degrees about x, 90 or -90, by which the rest mesh is to be turned to lie around the points, if it does not
-// as it is: 90 if it has y up and the points z.
-std::optional<int> turnOf(const warp::MeshField& rest, const std::vector<Vec3<double>>& points) {
+// Degrees about x, of 90 (from y up to z up) and -90, by which the rest mesh is to be turned to lie around
+// the points, if it does not as it is. Both, if their middle tells neither from the other.
+std::vector<int> turnsOf(const warp::MeshField& rest, const std::vector<Vec3<double>>& points) {
   constexpr double kDiffers = 0.1, kAgrees = 1 / 3.; // of the object's diagonal; of the difference as it is
   Eigen::AlignedBox3d object;
   for (const Vec3<double>& x : points) object.extend(x);
   const Eigen::AlignedBox3d box = rest.restBox();
   const double asItIs = boxDifference(box, object);
-  if (!(asItIs > kDiffers)) return std::nullopt;
+  std::vector<int> turns;
+  if (!(asItIs > kDiffers)) return turns;
   for (const int sign : {1, -1}) {
     const auto turned = [&](const Vec3<double>& x) -> Vec3<double> {
       return {x[0], -sign * x[2], sign * x[1]};
     };
     const Vec3<double> a = turned(box.min()), b = turned(box.max());
-    if (boxDifference({a.cwiseMin(b), a.cwiseMax(b)}, object) < kAgrees * asItIs) return 90 * sign;
+    if (boxDifference({a.cwiseMin(b), a.cwiseMax(b)}, object) < kAgrees * asItIs) turns.push_back(90 * sign);
   }
-  return std::nullopt;
+  return turns;
+}
+
+// What to do about a rest mesh that is to be turned.
+std::string turningOf(const std::vector<int>& turns) {
+  const std::string text = "its rest mesh fits the model only if it is turned by ";
+  if (turns.size() == 2)
+    return text +
+           "90 or -90 degrees about x, as y up and z up differ: export it so, or put a rigid warp with "
+           "axis = [1, 0, 0] before it, and its inverse after it";
+  return text +
+         fmt::format(
+             "{} degrees about x, from {}: export it so, or put a rigid warp with axis = [1, 0, 0] and "
+             "angle_deg = {} before it, and one with {} after it",
+             turns[0], turns[0] > 0 ? "y up to z up" : "z up to y up", -turns[0], turns[0]);
 }
 
 } // namespace
@@ -82,12 +97,8 @@ std::optional<std::string> misplacedRestMesh(const scene::Script& script, const 
     std::erase_if(points, [](const Vec3<double>& x) { return !x.allFinite(); });
     const warp::MeshField* rest = points.empty() ? nullptr : restMeshOf(script.warps[i]);
     const auto at = fmt::format("{}: warp[{}]: ", script.path.string(), i);
-    if (const auto degrees = rest ? turnOf(*rest, points) : std::nullopt)
-      return at + fmt::format(
-                      "its rest mesh fits the model only if it is turned by {} degrees about x, from {}: "
-                      "export it so, or put a rigid warp with axis = [1, 0, 0] and angle_deg = {} before it, "
-                      "and one with {} after it",
-                      *degrees, *degrees > 0 ? "y up to z up" : "z up to y up", -*degrees, *degrees);
+    if (const auto turns = rest ? turnsOf(*rest, points) : std::vector<int>(); !turns.empty())
+      return at + turningOf(turns);
     if (const double share = rest ? shareUnreached(*rest, points) : 0; share > tolerated)
       return at + fmt::format("{:.0f} % of the surfels are further from its rest mesh than twice the "
                               "length of its edges: are its units and axes those of the model?",

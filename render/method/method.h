@@ -45,6 +45,8 @@ struct Method {
   std::string format;  // "format" of manifest.json; methods that are read alike share one
   bool isBaked = true; // needs views under fixed light
   std::vector<Option> buildOptions, renderOptions;
+  // Names of the build options that apply to a finished model in the capture's place, which is compressed.
+  std::vector<std::string> compressOptions = {};
   // Throws Error for build options that do not go together; or none.
   std::function<void(const Setting&)> checkBuild = {};
   // Builds the folder of a model. The setting has passed requireSetting(); an option that it does not name

@@ -124,9 +124,10 @@ const method::Rows<model::PackOptions>& packRows() {
           {.help = "geometry from shading, for a capture of one view under three lights or more"}),
       row<model::PackOptions>("tolerance", [](auto& o) -> auto& { return o.tolerance; },
                               {.domain = method::Range{0, 1}, .help = "relative error of every block"}),
-      row<model::PackOptions>("surfels", [](auto& o) -> auto& { return o.surfels; },
-                              {.domain = wholeRange(1, 100'000'000),
-                               .help = "how many, about; default: two across a pixel, four million at most"}),
+      row<model::PackOptions>(
+          "surfels", [](auto& o) -> auto& { return o.surfels; },
+          {.domain = wholeRange(1, 100'000'000),
+           .help = "how many, about; default: two across a pixel, up to 4 million or half of memory"}),
       row<model::PackOptions>("opaque", [](auto& o) -> auto& { return o.opaque; },
                               {.help = "take alpha as a mask, even if many pixels are translucent"}),
       row<model::PackOptions>(

@@ -96,32 +96,34 @@ Impostor mendedFile(const std::filesystem::path& path, const capture::Capture& t
   return impostor;
 }
 
-// Names of OBJ and PLY files in a capture's folder.
-std::vector<std::string> meshesIn(const std::filesystem::path& folder) {
-  std::vector<std::string> meshes;
-  std::error_code failure; // a folder that cannot be listed has none
-  for (std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, failure), last;
-       !failure && entry != last; entry.increment(failure)) {
-    const std::string extension = lowerCase(entry->path().extension().string());
-    if (extension == ".obj" || extension == ".ply") meshes.push_back(entry->path().filename().string());
-  }
-  std::ranges::sort(meshes);
-  return meshes;
-}
-
 // An impostor of a capture that names no geometry, with a note on meshes that lie beside it.
 Impostor withoutMesh(const capture::Capture& training, const Progress& progress) {
   Impostor impostor = training.views.size() == 1
                           ? Impostor{meshOfOneView(training, false, progress), Impostor::Origin::plane}
                           : hullOf(training, hull::Silhouette::half, progress);
-  if (const auto meshes = meshesIn(training.folder()); !meshes.empty())
-    impostor.notes.push_back("no geometry is named, and " + firstNames(meshes) +
-                             " beside the capture is not used: write \"geometry\": \"" + meshes.front() +
-                             "\", or give --mesh");
+  if (const auto note = noteOnUnusedMeshes(training)) impostor.notes.push_back(*note);
   return impostor;
 }
 
 } // namespace
+
+std::optional<std::string> noteOnUnusedMeshes(const capture::Capture& capture) {
+  if (!capture.geometry.empty()) return std::nullopt;
+  std::vector<std::string> meshes;
+  std::error_code failure; // a folder that cannot be listed has none
+  const std::filesystem::path folder = capture.folder();
+  for (std::filesystem::directory_iterator entry(folder.empty() ? "." : folder, failure), last;
+       !failure && entry != last; entry.increment(failure)) {
+    const std::string extension = lowerCase(entry->path().extension().string());
+    std::error_code unknown;
+    if ((extension == ".obj" || extension == ".ply") && entry->is_regular_file(unknown))
+      meshes.push_back(entry->path().filename().string());
+  }
+  if (meshes.empty()) return std::nullopt;
+  std::ranges::sort(meshes);
+  return "geometry: no mesh is named. Beside the capture: " + firstNames(meshes) +
+         "; to use one, write \"geometry\": \"NAME\" or give --mesh NAME";
+}
 
 Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& options,
                     const Progress& progress) {

@@ -47,6 +47,9 @@ struct Impostor {
   std::vector<std::string> notes = {};
 };
 
+// Note for people on OBJ and PLY files beside a capture that names no geometry; nothing without any.
+std::optional<std::string> noteOnUnusedMeshes(const capture::Capture& capture);
+
 // Name in reports: mesh, hull, plane or relief.
 std::string_view nameOf(Impostor::Origin origin);
 

@@ -199,8 +199,9 @@ std::optional<double> brightnessAgreement(std::span<const SmallView> views, cons
   return all.weight > 0 ? std::optional(all.sum / all.weight) : std::nullopt;
 }
 
-// Largest pixel value of an integer format or of half floats, divided by exposure. Infinite for other
-// floating point, and for a bracket, whose shorter exposures extend the range.
+// Largest pixel value of an integer format or of half floats, divided by exposure: an EXR is clipped at
+// exactly this value, as single floats may exceed it. Infinite for other floating point, and for a bracket,
+// whose shorter exposures extend the range.
 double largestValue(const capture::Capture& capture, const capture::Frame& frame) {
   constexpr double kUnlimited = std::numeric_limits<double>::infinity(), kLargestHalf = 65504;
   if (!frame.further.empty()) return kUnlimited;
@@ -242,13 +243,14 @@ ViewMeasures measure(const capture::Capture& capture, const SmallView& view) {
     const float* value = &view.radiance.values[3 * i];
     const auto peak = static_cast<double>(std::max({value[0], value[1], value[2]}));
     measures.brightest = std::max(measures.brightest, peak);
-    full += peak >= (1 - 1e-4) * largest;
+    full += std::abs(peak - largest) <= 1e-4 * largest;
     ++count;
   }
   measures.clipped = count > 0 ? full / count : 0;
   const capture::Lens& lens = capture.views[view.view].camera.lens;
   const bool isWhole = view.object().width == lens.width && view.object().height == lens.height;
-  measures.isThin = isWhole && std::ranges::none_of(image::eroded(view.object(), 1).inside, std::identity());
+  measures.isThin =
+      isWhole && count > 0 && std::ranges::none_of(image::eroded(view.object(), 1).inside, std::identity());
   measures.isBlack = std::ranges::none_of(view.radiance.values, [](float value) { return value > 0; });
   return measures;
 }

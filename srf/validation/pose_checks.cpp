@@ -74,12 +74,17 @@ std::vector<Finding> checkAxes(const capture::Capture& capture) {
 
 // Lights that all stand in one direction, within a degree, seen from the middle of the scene.
 std::optional<Finding> checkLightSpread(const capture::Capture& capture) {
-  if (capture.lights.size() < 2) return std::nullopt;
-  const auto middle = capture::middleOfScene(capture).value_or(Point3<AcquisitionSpace, double>(0, 0, 0));
+  const auto known = capture::middleOfScene(capture);
+  const auto isPoint = [](const capture::Light& light) {
+    return std::holds_alternative<capture::PointLight>(light.kind);
+  };
+  if (capture.lights.size() < 2 || (!known && std::ranges::any_of(capture.lights, isPoint)))
+    return std::nullopt;
+  const auto middle = known.value_or(Point3<AcquisitionSpace, double>(0, 0, 0));
   const double oneDegree = std::cos(std::numbers::pi / 180);
   const auto first = capture::towardsLight(capture.lights.front(), middle);
   if (std::ranges::any_of(capture.lights, [&](const capture::Light& light) {
-        return dot(capture::towardsLight(light, middle), first) < oneDegree;
+        return !(dot(capture::towardsLight(light, middle), first) >= oneDegree);
       }))
     return std::nullopt;
   return Finding{

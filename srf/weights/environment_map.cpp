@@ -193,8 +193,8 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
   if (!mapping && size.width == 2 * size.height) mapping = EnvironmentMapping::latLong;
   const bool isCross = 4 * size.width == 3 * size.height || 3 * size.width == 4 * size.height;
   if (!mapping)
-    throw Error::mismatch("twice as wide as high (lat-long), or a mapping: \"angular\" (light probe) or "
-                          "\"mirror_ball\"",
+    throw Error::mismatch("twice as wide as high (lat-long), or a mapping (in a script, mapping = "
+                          "\"angular\" or \"mirror_ball\"; else --mapping)",
                           found + (isCross ? " (a cube cross?)" : ""))
         .in(path);
   image::Picture picture = image::readPicture(path);

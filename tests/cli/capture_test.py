@@ -117,6 +117,13 @@ class CaptureCommand(TestInFolder):
         self.assertFalse(model.exists())
         self.assertFalse((self.folder / "no_test").exists())
 
+    def test_cameras_inside_an_object_are_told(self):
+        stage = self.folder / "inside.toml"
+        stage.write_text(STAGE.replace("distance = 5", "distance = 0.01", 1).replace("height = 2.2", "fov_deg = 27")
+                         .replace("orthographic", "pinhole"))
+        result = run("capture", stage, "-o", self.folder / "inside")
+        self.assertRegex(result.stderr, r"warning: (\d+) of \1 cameras are inside an object: ")
+
     def test_what_a_script_leaves_nothing_of_is_no_truth(self):
         for factor, said in (("[0, 0, 0]", "no triangle"), ("[1e12, 1, 1]", "within 1e9")):
             collapse = self.folder / "collapse.toml"

@@ -25,7 +25,11 @@ class Chart(TestInFolder):
 
     def test_the_report_is_complete_and_the_same_again(self):
         arguments = self.arguments("report", "--sweep", "cameras=2,1", "--sweep", "scale=0.5")
+        (self.folder / "report").mkdir()
+        abandoned = self.folder / "report" / "chart.json.k3ZxQ1.tmp"  # of a killed run
+        abandoned.write_text("{")
         chart = succeed(*arguments)
+        self.assertFalse(abandoned.exists())
         self.assertEqual(len(chart["points"]), 6)
         self.assertEqual(chart["rest_frames"], 3)
         with open(self.folder / "report" / "chart.csv", newline="") as file:

@@ -83,6 +83,10 @@ class Decode(TestInFolder):
             print(f"{name}: {found:.1f} dB")
         self.assertGreater(found, decibels)
 
+    def test_each_decoder_is_short(self):
+        for script in DECODERS.glob("*.py"):
+            self.assertLessEqual(len(script.read_text().splitlines()), 150, script)
+
     def test_surfels(self):
         capture = self.folder / "capture"
         transforms = json.loads((VASE / "transforms.json").read_text())

@@ -88,12 +88,26 @@ class Overlay(TestInFolder):
                 report = succeed("inspect", path)
                 self.assertEqual(report["file"], kind)
                 self.assertEqual(report[fact[0]], fact[1])
+        self.assertEqual(run("inspect", EXAMPLES / "vase/vase.ply", "--overlay", self.folder / "none.png").returncode, 2)
+        points = self.folder / "points.ply"
+        points.write_text("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                          "end_header\n1 2 3\n")
+        self.assertEqual(succeed("inspect", points)["file"], "points without triangles")
         neither = self.folder / "neither.toml"
         neither.write_text("colour = 3\n")
         self.assertRegex(run("inspect", neither).stderr, r"neither.toml: neither a script \(.*colour.*\) nor a stage \(")
 
     def test_a_capture_without_faults_is_told_so(self):
         self.assertIn("no fault was found", run("inspect", self.capture).stderr)
+        folder = self.folder / "faulty"
+        write_small_capture(folder, cameras=3, lights=2)
+        description = json.loads((folder / "transforms.json").read_text())
+        for light in description["lights"]:
+            light["direction"] = [0, 0, 1]
+        (folder / "transforms.json").write_text(json.dumps(description))
+        result = run("inspect", folder)
+        self.assertIn("all 2 lights stand in one direction", result.stderr)
+        self.assertNotIn("no fault was found", result.stderr)
 
     def test_a_mesh_that_no_key_names_is_told(self):
         folder = self.folder / "beside"
@@ -101,13 +115,16 @@ class Overlay(TestInFolder):
         description = json.loads((folder / "transforms.json").read_text())
         (folder / description.pop("geometry")).rename(folder / "mesh.ply")
         (folder / "transforms.json").write_text(json.dumps(description))
-        self.assertIn('mesh.ply beside the capture is not used: write "geometry": "mesh.ply"',
-                      run("pack", folder, "-o", self.folder / "beside.srf", "--surfels", "500").stderr)
+        (folder / "folder.ply").mkdir()
+        for command in (["inspect", folder], ["pack", folder, "-o", self.folder / "beside.srf", "--surfels", "500"]):
+            self.assertIn("no mesh is named. Beside the capture: mesh.ply; to use one", run(*command).stderr)
 
     def test_surfels_far_apart_are_told_with_the_number_that_is_not(self):
         model = self.folder / "sparse.srf"
         result = run("pack", self.capture, "-o", model, "--surfels", "500")
-        self.assertRegex(result.stderr, r"surfels are \d+\.\d pixels of the photographs apart.*--surfels \d+0000, which take \d+\.\d GB")
+        self.assertRegex(result.stderr, r"surfels are \d+\.\d pixels of the photographs apart.* take \d+\.\d GB .*: --surfels \d+0000")
+        self.assertRegex(result.stderr, r"new views: weighted by (camera and light separately|kriging over cameras and lights together); "
+                                        r"photographs that were left out are predicted to \d+\.\d dB \((good|fair|poor)")
         self.assertRegex(run("inspect", model).stderr, r"surfels are \d+\.\d pixels of the photographs apart")
         self.assertGreater(succeed("inspect", model)["pixels_between_surfels"], 0.75)
 

@@ -330,7 +330,11 @@ class Methods(TestInFolder):
                 self.assertEqual(found[name], wanted[name])
             none = self.folder / f"none.{kind}"
             self.assert_refused("have S3TC blocks already", "pack", small, "-o", none, "--vq", "4")
-            self.assert_refused("--terms: is for photographs", "pack", model, "-o", none, "--terms", "2")
+            wrong = run("pack", model, "-o", none, "--terms", "2")
+            self.assertEqual(wrong.returncode, 2)
+            self.assertIn("--terms: is for photographs", wrong.stderr)
+            self.assert_refused("would compress it", "pack", model, "-o", none)
+            self.assertEqual(run("pack", model, "--method", "vdtm", "-o", none, *compression).returncode, 2)
             self.assert_refused("is the source", "pack", model, "-o", model, *compression)
             self.assertEqual(run("pack", model, "-o", none, "--mesh", "a.ply").returncode, 2)
             self.assertFalse(none.exists())
@@ -339,6 +343,11 @@ class Methods(TestInFolder):
         succeed("pack", half, "-o", whole, "--s3tc")
         self.assert_same_files(content(whole), content(self.folder / "compressed.lfm"))
         self.assert_refused("have codebooks already", "pack", half, "-o", none, "--vq", "4")
+        self.assertEqual(run("pack", self.models[0], "-o", none, "--vq", "4").returncode, 2)  # slf
+        self.assertEqual(run("pack", self.models[2], "-o", none, "--vq-means").returncode, 2)
+        succeed("pack", self.models[2], "-o", whole, "--vq", "4", "--preset", "paper")
+        for arguments in ([self.models[2]], [self.views, "--method", "lfm"]):
+            self.assert_refused("--vq: found 1000000 for each codeword, expected", "pack", *arguments, "-o", none, "--vq", "1000000")
         means = succeed("pack", self.models[2], "-o", whole, "--vq", "4", "--vq-means")["map_bytes"]["mean"]
         self.assertLess(means, 0.3 * self.reports["lfm"]["map_bytes"]["mean"])
 

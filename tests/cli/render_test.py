@@ -46,8 +46,8 @@ class Render(TestInFolder):
         script.write_text(SCRIPT.replace('"stretch"]', '"stretch", "predicted_error"]'))
         result = run("render", script, "-o", self.folder / "trust")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, r"\d+ % of the object's pixels are to be trusted, in frame [123] fewest: \d+ %; "
-                                        r"there, the predicted error is at most 10/255 of white")
+        self.assertRegex(result.stderr, r"predicted error: at most 10/255 of white in \d+ % of the object's pixels "
+                                        r"\(fewest: frame [123], \d+ %\); cameras and lights nearer")
         trust = succeed("render", script, "-o", self.folder / "trust")["trust"]
         self.assertLess(0, trust["share"])
         self.assertLessEqual(trust["worst_share"], trust["share"])

@@ -3,7 +3,8 @@
     lone_headers.py SOURCE_ROOT BUILD
 
 clang compiles headers with the options of a source of their folder in BUILD, after the headers that libraries have
-precompiled; self_contained.py sees to those. A header that another one includes before all else is proved by that one.
+precompiled; self_contained.py sees to those. A header that another one includes before all else is proved by that one,
+and one that a source or a batch of sources of the libraries includes first by the build.
 Headers are compiled again only if they or what they include of ours has changed: BUILD/lone_headers.json holds a hash
 of each that has passed. Prints what the compiler says of those that fail; exits with 1 if there is any.
 """
@@ -19,7 +20,8 @@ import subprocess
 import sys
 import tempfile
 
-COMMON = "CMakeFiles/surflect_common_headers.dir/cmake_pch.hxx"
+COMMON_NAME = "surflect_common_headers"
+COMMON = f"CMakeFiles/{COMMON_NAME}.dir/cmake_pch.hxx"
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)', re.MULTILINE)
 
 
@@ -54,6 +56,21 @@ def outermost(texts):
     return sorted(texts.keys() - firsts)
 
 
+def first_of_sources(build):
+    """Headers that the build has compiled before all else, but for the precompiled ones of libraries."""
+    found = set()
+    for entry in json.loads((build / "compile_commands.json").read_text()):
+        if COMMON_NAME not in entry["command"]:
+            continue
+        first, path = None, entry["file"]
+        while path and os.path.exists(path):  # a batch includes sources by their paths
+            match = INCLUDE.search(pathlib.Path(path).read_text())
+            first = match[1] if match else None
+            path = first if first and first.endswith(".cpp") else None
+        found.add(first)
+    return found
+
+
 def content_hash(header, texts, options):
     """Hash of the options, the header and all headers of ours that it includes."""
     found, new = set(), {header}
@@ -69,8 +86,9 @@ def main(root, build):
     texts = {path.relative_to(root).as_posix(): path.read_text()
              for top in ("surfel", "srf", "warp", "render", "bench") for path in (root / top).rglob("*.h")}
     common_text = (build / COMMON).read_text()
+    built = first_of_sources(build)
     hashes = {header: content_hash(header, texts, [common_text, *options[os.path.dirname(header)]])
-              for header in outermost(texts)}
+              for header in outermost(texts) if header not in built}
     passed = build / "lone_headers.json"
     before = json.loads(passed.read_text()) if passed.exists() else {}
     asked = [header for header in hashes if before.get(header) != hashes[header]]

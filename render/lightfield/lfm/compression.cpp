@@ -10,10 +10,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -30,7 +28,16 @@ bool hasBlocks(const LightFieldMaps& maps) {
 
 } // namespace
 
+void requireRatio(const Compression& compression, const TriangleMesh& mesh) {
+  const size_t vertices = mesh.positions.size();
+  if (compression.ratio && *compression.ratio > static_cast<double>(vertices))
+    throw Error::mismatch(fmt::format("{} view maps at most, one for each vertex", vertices),
+                          fmt::format("{:.10g} for each codeword", *compression.ratio))
+        .at("--vq");
+}
+
 LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, const Progress& progress) {
+  requireRatio(compression, maps.mesh);
   if ((compression.hasCodebooks() || compression.s3tc) && hasBlocks(maps))
     throw Error("have S3TC blocks already, expected bytes").at("maps");
   if (compression.hasCodebooks()) {
@@ -71,11 +78,9 @@ void addCompressed(const LightFieldMaps& maps, const method::BuildInput& input, 
   addMapBytes(bytesOf(maps), report);
 }
 
-void requireCompressionOnly(const method::BuildInput& input, const method::Setting& setting) {
-  constexpr std::array<std::string_view, 5> kOptions{"vq", "vq_error", "vq_start", "vq_means", "s3tc"};
-  for (const auto& [name, value] : setting)
-    if (std::ranges::find(kOptions, name) == kOptions.end())
-      throw Error("is for photographs; finished maps can only be compressed").at(method::flagOf(name));
+void requireCompression(const method::BuildInput& input, const Compression& compression) {
+  if (!compression.hasCodebooks() && !compression.s3tc)
+    throw Error("is finished: --vq or --s3tc would compress it").in(input.source);
   std::error_code unknown; // reported when writing
   if (std::filesystem::equivalent(input.source, input.output, unknown))
     throw Error("is the source: give another -o").in(input.output);

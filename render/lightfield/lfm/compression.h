@@ -21,7 +21,12 @@ struct Compression {
   bool hasCodebooks() const { return ratio || error; }
 };
 
-// Throws Error for maps that have codebooks, if others are asked for, or S3TC blocks already; and Cancelled.
+// Throws Error if more maps are to share a codeword than there are view maps, one for each vertex of the
+// mesh.
+void requireRatio(const Compression& compression, const TriangleMesh& mesh);
+
+// Throws Error as requireRatio, for maps that have codebooks, if others are asked for, or S3TC blocks
+// already; and Cancelled.
 LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, const Progress& progress = {});
 
 // Bytes of maps by kind, as counts of a report: "map_bytes.surface".
@@ -29,8 +34,7 @@ void addMapBytes(const MapBytes& bytes, method::BuildReport& report);
 // Likewise sizes of finished maps that were compressed, which are told to people, too.
 void addCompressed(const LightFieldMaps& maps, const method::BuildInput& input, method::BuildReport& report);
 
-// Throws Error if the options of a build from finished maps are others than those of compression, or if its
-// output is its source.
-void requireCompressionOnly(const method::BuildInput& input, const method::Setting& setting);
+// Throws Error if a build from finished maps, the source, would leave them as they are, or replace them.
+void requireCompression(const method::BuildInput& input, const Compression& compression);
 
 } // namespace surflect::lfm

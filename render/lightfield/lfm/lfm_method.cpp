@@ -90,12 +90,14 @@ void checkBuild(const Setting& setting) {
   if (compression.ratio && compression.error) throw Error("excludes --vq-error").at("--vq");
   if (compression.start && !compression.hasCodebooks())
     throw Error("needs --vq or --vq-error").at("--vq-start");
+  if (compression.means && !compression.hasCodebooks())
+    throw Error("needs --vq or --vq-error").at("--vq-means");
 }
 
 // Compresses finished maps, the source.
-method::BuildReport compressModel(const method::BuildInput& input, const Setting& setting,
-                                  const Compression& compression, const Progress& progress) {
-  requireCompressionOnly(input, setting);
+method::BuildReport compressModel(const method::BuildInput& input, const Compression& compression,
+                                  const Progress& progress) {
+  requireCompression(input, compression);
   const Stopwatch watch;
   OpenedMaps opened = openMaps(input.source, progress);
   const LightFieldMaps maps =
@@ -112,13 +114,14 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   const Stopwatch watch;
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   if (lightfield::isFinished(input.source, kFormatTag))
-    return compressModel(input, setting, choice.compression, progress);
+    return compressModel(input, choice.compression, progress);
   lightfield::Views views = lightfield::viewsOf(input, progress);
   BuildOptions options = choice.options;
   options.terms = choice.terms.value_or(options.tolerance > 0 ? kTermsWithTolerance : options.terms);
   Resolution resolution = resolutionFor(views, choice.triangles.value_or(0), choice.samples.value_or(0));
   options.samples = resolution.samples;
   views.replaceMesh(std::move(resolution.mesh), progress);
+  requireRatio(choice.compression, views.mesh()); // before all work
   BuildReport report;
   LightFieldMaps built = build(views, options, report, progress);
   const Stopwatch compression;
@@ -308,6 +311,7 @@ const method::Method& lfmMethod() {
                                       .format = kFormatTag,
                                       .buildOptions = method::optionsOf(buildRows()),
                                       .renderOptions = method::optionsOf(renderRows()),
+                                      .compressOptions = {"vq", "vq_error", "vq_start", "vq_means", "s3tc"},
                                       .checkBuild = checkBuild,
                                       .build = buildModel,
                                       .open = open};

@@ -55,9 +55,9 @@ method::Rows<MapBuildChoice> mapBuildRows() {
 }
 
 // Compresses finished maps, the source.
-method::BuildReport compressModel(const method::BuildInput& input, const Setting& setting,
-                                  const lfm::Compression& compression, const Progress& progress) {
-  lfm::requireCompressionOnly(input, setting);
+method::BuildReport compressModel(const method::BuildInput& input, const lfm::Compression& compression,
+                                  const Progress& progress) {
+  lfm::requireCompression(input, compression);
   const Stopwatch watch;
   const lightfield::LightFieldFolder folder(input.source, kMapFormat, kMapVersion, progress);
   OpacityMaps maps = readMaps(folder, progress);
@@ -74,7 +74,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   const Stopwatch watch;
   const MapBuildChoice choice = method::applied(MapBuildChoice{}, mapBuildRows(), setting);
   if (lightfield::isFinished(input.source, kMapFormat))
-    return compressModel(input, setting, choice.compression, progress);
+    return compressModel(input, choice.compression, progress);
   MapBuildOptions options = choice.options;
   options.mesh = {choice.mesh.hull, choice.mesh.triangles.value_or(0)};
   options.visible = choice.mesh.visible;
@@ -224,6 +224,7 @@ const method::Method& olfmMethod() {
                                       .format = kMapFormat,
                                       .buildOptions = method::optionsOf(mapBuildRows()),
                                       .renderOptions = method::optionsOf(mapRenderRows()),
+                                      .compressOptions = {"vq", "s3tc"},
                                       .build = buildModel,
                                       .open = openMaps};
   return kMethod;

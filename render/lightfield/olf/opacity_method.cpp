@@ -99,9 +99,8 @@ const method::Rows<RenderOptions>& renderRows() {
       row<RenderOptions>("order", [](auto& o) -> auto& { return o.order; },
                          {.domain = words({"list", "peel", "bsp"}),
                           .paper = "bsp",
-                          .help = "order of depths: a list for each pixel, depth peeling, or triangles "
-                                  "sorted by a BSP tree and blended "
-                                  "by alpha",
+                          .help = "fragments by a list for each pixel, by depth peeling, or by a BSP tree, "
+                                  "which blends by alpha",
                           .atOpening = true}),
       row<RenderOptions>("bsp_trees", [](auto& o) -> auto& { return o.bspTrees; },
                          {.domain = wholeRange(1, kMostTrees),

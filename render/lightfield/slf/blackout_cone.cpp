@@ -143,6 +143,7 @@ RegionBound boundOf(const TriangleMesh& mesh, const Chart& chart) {
 
 RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer) {
   RegionView view;
+  view.directions.reserve(kPrismCorners);
   Vec3<double> middle = Vec3<double>::Zero();
   double scale = 0; // of the prism
   for (const Vec3<double>& corner : bound.corners) middle += corner / static_cast<double>(kPrismCorners);

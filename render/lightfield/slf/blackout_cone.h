@@ -67,8 +67,9 @@ RegionBound boundOf(const TriangleMesh& mesh, const Chart& chart);
 
 // Directions from a region to the viewer. Rays of pixels differ from it by rounding alone.
 struct RegionView {
-  std::vector<Vec3<double>> directions; // from the corners of the prism; unit, finite
-  Cone cone;                            // around them; all directions where the viewer is inside
+  // From the corners of the prism (viewOf), or along the corner rays of a pixel rectangle; unit, finite.
+  std::vector<Vec3<double>> directions;
+  Cone cone; // around them; all directions where the viewer is inside
 };
 RegionView viewOf(const RegionBound& bound, const Vec3<double>& viewer);
 

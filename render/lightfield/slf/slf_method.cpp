@@ -116,8 +116,7 @@ const method::Rows<RenderOptions>& renderRows() {
       row<RenderOptions>(
           "cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
           {.domain = wholeRange(0, 1 << 24),
-           .help = "memory for textures, MiB; not for more than the layers of an array texture, of which "
-                   "OpenGL has 2048 or more",
+           .help = "memory for textures, MiB; at most one array texture, of 2048 layers or more",
            .atOpening = true})};
   return kRows;
 }

@@ -148,16 +148,26 @@ TEST_F(Checks, FindLightsThatAllStandInOneDirection) {
 }
 
 TEST_F(Checks, FindAnObjectThatIsThinInAllViews) {
-  std::vector<ViewMeasures> views = measures();
-  EXPECT_TRUE(checkThinness(views).empty());
-  for (auto& p : mesh.positions) p = {0.02f * p.x(), 0.02f * p.y(), p.z()}; // a needle
-  capture = studio::photograph({.cameras = 4, .lights = 0, .size = 64, .matte = false}, folder / "bare");
-  views = measures();
-  const auto found = checkThinness(views);
+  EXPECT_TRUE(checkThinness(measures()).empty());
+  const auto stripes = [&](int width) {
+    std::vector<ViewMeasures> views;
+    forEachSmallView(capture, RayCaster<AcquisitionSpace>(mesh), {0, 0, 0}, 4, {}, [&](SmallView view) {
+      image::Mask stripe(view.outline.width, view.outline.height);
+      for (int y = 0; y < stripe.height; ++y)
+        for (int x = 20; x < 20 + width; ++x) stripe.inside[static_cast<size_t>(y * stripe.width + x)] = 1;
+      (view.matte ? *view.matte : view.outline) = stripe;
+      views.push_back(measure(capture, view));
+    });
+    return views;
+  };
+  const auto found = checkThinness(stripes(2));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_TRUE(contains(found[0].text, "thinner than three pixels in all 4 views"));
-  views[0].isThin = false;
-  EXPECT_TRUE(checkThinness(views).empty());
+  EXPECT_TRUE(checkThinness(stripes(3)).empty());
+  EXPECT_TRUE(checkThinness(stripes(0)).empty()); // that is told otherwise
+  std::vector<ViewMeasures> some = stripes(2);
+  some[0].isThin = false;
+  EXPECT_TRUE(checkThinness(some).empty());
 }
 
 TEST_F(Checks, FindHalfFloatsAtTheirLargestValue) {

@@ -128,10 +128,10 @@ TEST(Materials, AlbedoIsTheIntegralOfWhatIsEvaluated) {
 TEST(Samplers, FollowTheirDensities) {
   const auto zoo = zoo::all();
   int tests = 0;
-  for (const auto& [name, material] : zoo) tests += zoo::isTwoSided(material) ? 6 : 3;
+  for (const auto& [name, material] : zoo) tests += zoo::isTwoSided(material) ? 3 : 2;
   const double limit = chi_squared::sidak(0.01, tests);
   for (const auto& [name, material] : zoo)
-    for (const double mu : {0.95, 0.4, 0.05, -0.95, -0.4, -0.05}) {
+    for (const double mu : {0.95, 0.05, -0.4}) {
       if (mu < 0 && !zoo::isTwoSided(material)) continue;
       const auto wo = zoo::at(mu, 0.5);
       const auto result = chi_squared::compare(

@@ -118,19 +118,30 @@ TEST_F(LfmFrameTest, AgreesWithTheReference) {
   }
 }
 
-// OpenGL places vertices within a 256th of a pixel. Corrections of random maps are steep within two pixels.
+// OpenGL places vertices within a 256th of a pixel, and corrections of random maps are steep within two
+// pixels of a small picture. In one of four times the size they are a quarter as steep: what is left is that
+// error alone.
 TEST_F(LfmFrameTest, CodebooksAgreeWithTheReference) {
   for (const LightFieldMaps& maps : {codebookMaps(sphereMaps()), codebookMaps(scalarMaps(sphereMaps()))}) {
     FrameRenderer renderer = rendererOf(maps);
     const Reference reference(maps);
     EXPECT_TRUE(renderer.textures().hasSurfaceEdges() && renderer.textures().hasMeanEdges());
-    std::mt19937 random(7);
-    double worst = 1000;
-    for (int trial = 0; trial < 10; ++trial) {
-      const Camera camera = randomCamera(random, 80, 60);
-      worst = std::min(worst, psnrOf(renderer.render(camera).color, reference.render(camera)));
-    }
-    EXPECT_GT(worst, 60);
+    const auto worstAt = [&](int size) {
+      std::mt19937 random(7);
+      double worst = 1000;
+      for (int trial = 0; trial < 10; ++trial) {
+        const Camera camera = randomCamera(random, 80 * size, 60 * size);
+        const auto a = renderer.render(camera).color, b = reference.render(camera);
+        size_t many = 0; float most = 0;
+        for (size_t i = 0; i < a.values.size(); ++i) { const float d = std::abs(a.values[i] - b.values[i]); many += d > 1e-4f; most = std::max(most, d); }
+        printf("DBG size %d trial %d psnr %g many %zu most %g\n", size, trial, psnrOf(a, b), many, double(most));
+        worst = std::min(worst, psnrOf(a, b));
+      }
+      return worst;
+    };
+    const double small = worstAt(1), large = worstAt(4);
+    printf("DBG %g %g\n", small, large);
+    EXPECT_GT(small, 60);
   }
 }
 
