@@ -34,6 +34,7 @@ BELOW = {
     "srf/validation": CAPTURE + ["srf/proxy/mesh", "srf/proxy"],
     "srf/codec": ["surfel/base", "surfel/math", "srf/image"],
     "srf/weights": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec"],
+    "srf/reflectance": SURFEL,
     "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/weights"],
     "srf/model": ASKED,
     "warp": SURFEL + ["surfel"],

@@ -1,0 +1,109 @@
+#include "srf/reflectance/reflectance_table.h"
+
+#include <cassert>
+
+namespace surflect::reflectance {
+
+namespace {
+
+constexpr float kGreatestHalf = 65504;
+
+// Cell and fraction of a coordinate of -1..1 along `nodes` nodes.
+struct Division {
+  uint32_t cell;
+  float fraction;
+};
+Division divide(float coordinate, uint32_t nodes) {
+  const float last = static_cast<float>(nodes - 1);
+  const float at = std::clamp(last / 2 * (1 + coordinate), 0.f, last);
+  const uint32_t cell = std::min(static_cast<uint32_t>(at), nodes - 2);
+  return {cell, at - static_cast<float>(cell)};
+}
+
+Rgb positive(const Rgb& value) {
+  return {std::max(0.f, value.r), std::max(0.f, value.g), std::max(0.f, value.b)};
+}
+
+// T of one table.
+Rgb lookUp(const TableGrid& grid, const Eigen::half* values, const TablePlace& place) {
+  const TableCorners corners = cornersOf(grid, place);
+  Rgb sum;
+  for (size_t c = 0; c < corners.index.size(); ++c) {
+    const Eigen::half* node = values + 3 * corners.index[c];
+    const Rgb value{static_cast<float>(node[0]), static_cast<float>(node[1]), static_cast<float>(node[2])};
+    sum = sum + corners.weight[c] * value;
+  }
+  return sum;
+}
+
+} // namespace
+
+TablePlace placeOf(const TableGrid& grid, const HalfDifference<>& at) {
+  // Of p and -p, the one in the half plane of positive u.
+  const bool isMirrored = at.halfU < 0 || (at.halfU == 0 && at.halfV < 0);
+  const float sign = isMirrored ? -1.f : 1.f;
+  const Division u = divide(stretchedHalf(sign * at.halfU), grid.nodes[0]);
+  const Division v = divide(stretchedHalf(sign * at.halfV), grid.nodes[1]);
+  const Division k = divide(at.differenceU, grid.nodes[2]), l = divide(at.differenceV, grid.nodes[3]);
+  return {static_cast<uint16_t>(u.cell * grid.nodes[1] + v.cell),
+          static_cast<uint16_t>(k.cell * grid.nodes[3] + l.cell),
+          {u.fraction, v.fraction, k.fraction, l.fraction}};
+}
+
+Rgb lookUpNodes(const TableGrid& grid, std::span<const Rgb> nodes, const TablePlace& place) {
+  assert(nodes.size() == grid.size());
+  const TableCorners corners = cornersOf(grid, place);
+  Rgb sum;
+  for (size_t c = 0; c < corners.index.size(); ++c) sum = sum + corners.weight[c] * nodes[corners.index[c]];
+  return sum;
+}
+
+// Sum over all nodes of the whole grid, mirror images included, each with its hat function.
+std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb> nodes,
+                                      const HalfDifference<double>& at) {
+  const std::array<double, 4> coordinates{stretchedHalf(at.halfU), stretchedHalf(at.halfV), at.differenceU,
+                                          at.differenceV};
+  const auto hat = [&](size_t axis, uint32_t node) {
+    const double spacing = 2.0 / (grid.nodes[axis] - 1);
+    const double distance = std::abs(std::clamp(coordinates[axis], -1.0, 1.0) - (node * spacing - 1));
+    return std::max(0.0, 1 - distance / spacing);
+  };
+  std::array<double, 3> sum{};
+  for (uint32_t i = 0; i < grid.nodes[0]; ++i)
+    for (uint32_t j = 0; j < grid.nodes[1]; ++j)
+      for (uint32_t k = 0; k < grid.nodes[2]; ++k)
+        for (uint32_t l = 0; l < grid.nodes[3]; ++l) {
+          const Rgb& node = nodes[grid.indexOf(i * grid.nodes[1] + j, k * grid.nodes[3] + l)];
+          const double weight = hat(0, i) * hat(1, j) * hat(2, k) * hat(3, l);
+          sum[0] += weight * node.r;
+          sum[1] += weight * node.g;
+          sum[2] += weight * node.b;
+        }
+  return sum;
+}
+
+void ReflectanceTables::add(std::span<const Rgb> nodes) {
+  assert(nodes.size() == grid.size());
+  for (const Rgb& node : nodes)
+    for (const float value : {node.r, node.g, node.b})
+      values.push_back(Eigen::half(std::clamp(value, -kGreatestHalf, kGreatestHalf)));
+}
+
+void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
+                        std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
+                        std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance) {
+  assert(mixtures.size() == reflectance.size() && gains.size() == reflectance.size());
+  assert(towardsView.size() == reflectance.size() && towardsLight.size() == reflectance.size());
+  const size_t stride = size_t{3} * tables.grid.size();
+  for (size_t q = 0; q < reflectance.size(); ++q) {
+    const TablePlace place = placeOf(tables.grid, halfDifference(towardsView[q], towardsLight[q]));
+    Rgb mixed;
+    for (size_t m = 0; m < kMixedTables; ++m)
+      mixed = mixed + mixtures[q].weight[m] *
+                          lookUp(tables.grid, tables.values.data() + mixtures[q].table[m] * stride, place);
+    const float link = tableLink(towardsLight[q].z(), towardsView[q].z());
+    reflectance[q] = gains[q] * (link * positive(mixed));
+  }
+}
+
+} // namespace surflect::reflectance

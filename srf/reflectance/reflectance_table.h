@@ -1,0 +1,113 @@
+// Reflectance tables: reflectance of a kind of surface, measured over all pairs of directions to light and
+// viewer, on a grid of the four coordinates of table_coordinates.h.
+//
+//   T(p, e) = sum over the 16 corners of the cell   prod_i (1 - f_i or f_i)  T_corner          (multilinear)
+//   a = 3 p / (1 + 2 |p|)
+//
+// Symbols: a coordinates of the grid along p, evenly divided: at the mirror direction p = 0 the grid is three
+// times as fine as an even one, at the horizon a third as fine. e is divided evenly. f_i place within the
+// cell.
+//
+// T(p, e) = T(-p, e): fibres have a direction but no sign, so that nothing may change when the frame of a
+// surfel makes half a turn about its normal. Of a node and its mirror image, one is stored.
+#pragma once
+
+#include "srf/reflectance/table_coordinates.h"
+#include "surfel/math/rgb.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::reflectance {
+
+// a of p; odd, and 1 at 1.
+template <class T> T stretchedHalf(T p) { return 3 * p / (1 + 2 * std::abs(p)); }
+
+// Grid of a table. Nodes along half u, half v, difference u and difference v, from -1 to 1: odd numbers of at
+// least 3, with at most 2^16 nodes of p and of e.
+struct TableGrid {
+  std::array<uint32_t, 4> nodes{33, 33, 7, 7};
+
+  uint32_t halves() const { return (nodes[0] * nodes[1] + 1) / 2; } // stored nodes of p
+  uint32_t differences() const { return nodes[2] * nodes[3]; }      // nodes of e
+  uint32_t size() const { return halves() * differences(); }
+
+  // Index of the stored node for node `half` = i nodes[1] + j of p, and node `difference` = k nodes[3] + l of
+  // e.
+  uint32_t indexOf(uint32_t half, uint32_t difference) const {
+    const uint32_t last = nodes[0] * nodes[1] - 1;
+    return (std::max(half, last - half) - last / 2) * differences() + difference;
+  }
+
+  friend bool operator==(const TableGrid&, const TableGrid&) = default;
+};
+
+// Place in a grid: the first corner of its cell, as the arguments of TableGrid::indexOf, and the place within
+// the cell, 0..1 along each coordinate.
+struct TablePlace {
+  uint16_t half = 0, difference = 0;
+  std::array<float, 4> fraction{};
+};
+
+// p and -p have the same place. Coordinates outside of -1..1 are clamped.
+TablePlace placeOf(const TableGrid& grid, const HalfDifference<>& at);
+
+// Corners of a cell, with their multilinear weights, which sum to 1.
+struct TableCorners {
+  std::array<uint32_t, 16> index;
+  std::array<float, 16> weight;
+};
+inline TableCorners cornersOf(const TableGrid& grid, const TablePlace& place) {
+  const auto& f = place.fraction;
+  const std::array<float, 4> ofHalf{(1 - f[0]) * (1 - f[1]), (1 - f[0]) * f[1], f[0] * (1 - f[1]),
+                                    f[0] * f[1]};
+  const std::array<float, 4> ofDifference{(1 - f[2]) * (1 - f[3]), (1 - f[2]) * f[3], f[2] * (1 - f[3]),
+                                          f[2] * f[3]};
+  TableCorners corners;
+  for (uint32_t h = 0; h < 4; ++h)
+    for (uint32_t e = 0; e < 4; ++e) {
+      corners.index[4 * h + e] = grid.indexOf(place.half + h / 2 * grid.nodes[1] + h % 2,
+                                              place.difference + e / 2 * grid.nodes[3] + e % 2);
+      corners.weight[4 * h + e] = ofHalf[h] * ofDifference[e];
+    }
+  return corners;
+}
+
+// T in full precision, from the values of all stored nodes (#grid.size()).
+Rgb lookUpNodes(const TableGrid& grid, std::span<const Rgb> nodes, const TablePlace& place);
+
+// The same from the definition, in double precision: the reference of placeOf, cornersOf and lookUpNodes.
+std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb> nodes,
+                                      const HalfDifference<double>& at);
+
+// Tables of one grid, as half floats, in one piece.
+struct ReflectanceTables {
+  TableGrid grid;
+  std::vector<Eigen::half> values; // red, green, blue; node by node; table by table
+
+  size_t count() const { return values.size() / (3 * grid.size()); }
+  // Adds a table (#grid.size()); values beyond the greatest half float are clamped.
+  void add(std::span<const Rgb> nodes);
+};
+
+// Mixture of tables at a surfel. Weights sum to 1; a table of weight 0 has no effect.
+inline constexpr size_t kMixedTables = 3;
+struct TableMixture {
+  std::array<uint16_t, kMixedTables> table{};
+  std::array<float, kMixedTables> weight{1};
+};
+
+// Reflectance of queries by the tables: g k T, not below 0, with T the mixture at the surfel, k the link of
+// table_coordinates.h, and g the gain (gains.h). All spans have one entry a query. Costs about 16
+// kMixedTables reads and 150 + 130 kMixedTables operations a query, the same for every query.
+void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
+                        std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
+                        std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance);
+
+} // namespace surflect::reflectance
