@@ -1,0 +1,348 @@
+#include "srf/reflectance/clusters.h"
+
+#include "srf/reflectance/gains.h"
+#include "srf/reflectance/shared_table.h"
+#include "srf/reflectance/table_fit.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <random>
+
+namespace surflect::reflectance {
+
+namespace {
+
+constexpr size_t kRings = kRingEdges.size() + 1;
+constexpr TableGrid kIsotropicGrid{{33, 3, 7, 3}};
+
+float squaredDistance(const RingProfile& a, const RingProfile& b) {
+  float sum = 0;
+  for (size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
+}
+
+// Index of the centre nearest to a profile.
+uint32_t nearestOf(std::span<const RingProfile> centres, const RingProfile& profile) {
+  uint32_t nearest = 0;
+  float least = std::numeric_limits<float>::infinity();
+  for (uint32_t c = 0; c < centres.size(); ++c)
+    if (const float distance = squaredDistance(centres[c], profile); distance < least) {
+      least = distance;
+      nearest = c;
+    }
+  return nearest;
+}
+
+// Profiles drawn one after another, each with a chance proportional to its squared distance from those before
+// it [Arthur 2007].
+std::vector<RingProfile> seedsOf(std::span<const RingProfile> profiles, size_t k) {
+  std::mt19937 random(1);
+  std::vector<RingProfile> seeds{profiles[random() % profiles.size()]};
+  while (seeds.size() < k) {
+    std::vector<double> sums;
+    double sum = 0;
+    for (const RingProfile& profile : profiles)
+      sums.push_back(sum += squaredDistance(seeds[nearestOf(seeds, profile)], profile));
+    if (sum <= 0) break; // fewer different profiles than k
+    const double drawn = sum * (static_cast<double>(random()) / 4294967296.0);
+    const auto at = static_cast<size_t>(std::ranges::upper_bound(sums, drawn) - sums.begin());
+    seeds.push_back(profiles[std::min(at, profiles.size() - 1)]);
+  }
+  return seeds;
+}
+
+// Surfels that are looked at, evenly chosen; their photographs are a copy.
+class Thinned {
+public:
+  Thinned(const Photographs& all, size_t most) {
+    const size_t step = std::max<size_t>(1, (all.size() + most - 1) / most);
+    first_.push_back(0);
+    for (size_t surfel = 0; surfel < all.surfels(); surfel += step) {
+      for (size_t i = all.first[surfel]; i < all.first[surfel + 1]; ++i) {
+        directions_.push_back(all.directions[i]);
+        links_.push_back(all.links[i]);
+        reflectance_.push_back(all.reflectance[i]);
+      }
+      first_.push_back(static_cast<uint32_t>(reflectance_.size()));
+    }
+  }
+  Photographs photographs() const { return {first_, directions_, links_, reflectance_}; }
+
+private:
+  std::vector<uint32_t> first_;
+  std::vector<HalfDifference<>> directions_;
+  std::vector<float> links_;
+  std::vector<Rgb> reflectance_;
+};
+
+std::vector<TablePlace> isotropicPlaces(const Photographs& photographs) {
+  std::vector<HalfDifference<>> directions;
+  for (const HalfDifference<>& at : photographs.directions) directions.push_back(withoutAngles(at));
+  return placesOf(kIsotropicGrid, directions);
+}
+
+// Isotropic tables of clusters, and the errors of predictions by them.
+class IsotropicTables {
+public:
+  IsotropicTables(const Photographs& photographs, const ClusterOptions& options, const Progress& progress)
+      : photographs_(photographs), places_(isotropicPlaces(photographs)), progress_(progress) {
+    fit_.white = options.white;
+    fit_.tolerance = 1e-3;
+    fit_.mostIterations = 40;
+  }
+
+  std::vector<Rgb> fitted(std::span<const float> membership) const {
+    return fitSharedTable(kIsotropicGrid, photographs_, places_, membership, fit_, 2, progress_).nodes;
+  }
+
+  std::vector<float> errors(std::span<const Rgb> nodes) const {
+    return leftOutErrors(photographs_, predictionsOf(kIsotropicGrid, nodes, photographs_, places_),
+                         fit_.white);
+  }
+
+  // Sum of errors over the photographs of all members, each predicted by a table that was fitted to the
+  // other half of the members. Errors that are too small to be seen count as kUnseen a photograph.
+  double crossError(const std::vector<bool>& isMember) const {
+    constexpr double kUnseen = 1e-3;
+    double sum = 0, least = 0;
+    for (const size_t half : {0u, 1u}) {
+      std::vector<float> membership(photographs_.surfels());
+      size_t members = 0;
+      for (size_t s = 0; s < membership.size(); ++s)
+        if (isMember[s]) membership[s] = members++ % 2 == half ? 1.f : 0.f;
+      const std::vector<float> all = errors(fitted(membership));
+      for (size_t s = 0; s < all.size(); ++s)
+        if (isMember[s] && membership[s] == 0) {
+          const uint32_t photographs = photographs_.first[s + 1] - photographs_.first[s];
+          sum += double{all[s]} * photographs;
+          least += kUnseen * photographs;
+        }
+    }
+    return std::max(sum, least);
+  }
+
+private:
+  const Photographs& photographs_;
+  const std::vector<TablePlace> places_;
+  const Progress& progress_;
+  FitOptions fit_;
+};
+
+std::vector<bool> membersOf(std::span<const uint32_t> cluster, std::initializer_list<uint32_t> chosen) {
+  std::vector<bool> isMember;
+  for (const uint32_t c : cluster) isMember.push_back(std::ranges::find(chosen, c) != chosen.end());
+  return isMember;
+}
+
+std::vector<std::vector<Rgb>> tablesOf(const IsotropicTables& tables, std::span<const uint32_t> cluster,
+                                       size_t count) {
+  std::vector<std::vector<Rgb>> all;
+  for (uint32_t c = 0; c < count; ++c) {
+    std::vector<float> membership;
+    for (const uint32_t of : cluster) membership.push_back(of == c ? 1.f : 0.f);
+    all.push_back(tables.fitted(membership));
+  }
+  return all;
+}
+
+// Each surfel's errors by all tables, a surfel after another.
+std::vector<float> errorsOf(const IsotropicTables& tables, std::span<const std::vector<Rgb>> nodes,
+                            size_t surfels) {
+  std::vector<float> errors(surfels * nodes.size());
+  for (size_t c = 0; c < nodes.size(); ++c) {
+    const std::vector<float> ofTable = tables.errors(nodes[c]);
+    for (size_t s = 0; s < surfels; ++s) errors[s * nodes.size() + c] = ofTable[s];
+  }
+  return errors;
+}
+
+std::vector<uint32_t> leastOf(std::span<const float> errors, size_t count) {
+  std::vector<uint32_t> least;
+  for (size_t begin = 0; begin < errors.size(); begin += count) {
+    const auto row = errors.subspan(begin, count);
+    least.push_back(static_cast<uint32_t>(std::ranges::min_element(row) - row.begin()));
+  }
+  return least;
+}
+
+// Renumbers clusters 0, 1, ... without gaps; returns their number.
+size_t renumber(std::vector<uint32_t>& cluster) {
+  std::vector<uint32_t> numbers = cluster;
+  std::ranges::sort(numbers);
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  for (uint32_t& c : cluster)
+    c = static_cast<uint32_t>(std::ranges::lower_bound(numbers, c) - numbers.begin());
+  return numbers.size();
+}
+
+// Merges the two clusters whose union costs least, as a part of the error of the two, while that is at most
+// `worse`.
+void merge(const IsotropicTables& tables, std::vector<uint32_t>& cluster, double worse) {
+  const size_t count = renumber(cluster);
+  std::vector<double> alone(count);
+  for (uint32_t c = 0; c < count; ++c) alone[c] = tables.crossError(membersOf(cluster, {c}));
+  struct Union {
+    uint32_t first, second; // clusters; first < second
+    double error;
+  };
+  std::vector<Union> unions;
+  const auto addUnion = [&](uint32_t a, uint32_t b) {
+    unions.push_back({std::min(a, b), std::max(a, b), tables.crossError(membersOf(cluster, {a, b}))});
+  };
+  for (uint32_t a = 0; a < count; ++a)
+    for (uint32_t b = a + 1; b < count; ++b) addUnion(a, b);
+  const auto costOf = [&](const Union& each) {
+    return each.error / (alone[each.first] + alone[each.second]) - 1;
+  };
+  while (!unions.empty()) {
+    const Union best = *std::ranges::min_element(unions, {}, costOf);
+    if (costOf(best) > worse) return;
+    std::ranges::replace(cluster, best.second, best.first);
+    alone[best.first] = best.error;
+    std::erase_if(unions, [&](const Union& each) {
+      return each.first == best.first || each.second == best.first || each.first == best.second ||
+             each.second == best.second;
+    });
+    std::vector<uint32_t> others = cluster;
+    std::ranges::sort(others);
+    others.erase(std::unique(others.begin(), others.end()), others.end());
+    for (const uint32_t other : others)
+      if (other != best.first) addUnion(best.first, other);
+  }
+}
+
+// Logarithms of the mean tabulated values of a surfel in each ring; empty for rings without a photograph.
+std::array<std::optional<std::array<float, 3>>, kRings> ringsOf(const Photographs& photographs, size_t surfel,
+                                                                float white) {
+  constexpr float kDark = 0.02f, kBright = 3, kLeastLink = 0.1f;
+  std::array<Rgb, kRings> sums{};
+  std::array<size_t, kRings> counts{};
+  for (size_t i = photographs.first[surfel]; i < photographs.first[surfel + 1]; ++i) {
+    const auto& at = photographs.directions[i];
+    const float radius = std::hypot(at.halfU, at.halfV);
+    const auto ring = static_cast<size_t>(std::ranges::upper_bound(kRingEdges, radius) - kRingEdges.begin());
+    const Rgb value = 1 / (white * std::max(photographs.links[i], kLeastLink)) * photographs.reflectance[i];
+    sums[ring] =
+        sums[ring] + Rgb{std::min(kBright, value.r), std::min(kBright, value.g), std::min(kBright, value.b)};
+    ++counts[ring];
+  }
+  std::array<std::optional<std::array<float, 3>>, kRings> rings;
+  for (size_t ring = 0; ring < kRings; ++ring) {
+    if (counts[ring] == 0) continue;
+    const Rgb mean = 1 / static_cast<float>(counts[ring]) * sums[ring];
+    rings[ring] = {std::log(kDark + mean.r), std::log(kDark + mean.g), std::log(kDark + mean.b)};
+  }
+  return rings;
+}
+
+} // namespace
+
+std::vector<RingProfile> ringProfiles(const Photographs& photographs, float white) {
+  std::vector<decltype(ringsOf(photographs, 0, white))> all;
+  std::array<std::array<double, 3>, kRings> means{};
+  std::array<size_t, kRings> counts{};
+  for (size_t s = 0; s < photographs.surfels(); ++s) {
+    all.push_back(ringsOf(photographs, s, white));
+    for (size_t ring = 0; ring < kRings; ++ring)
+      if (all[s][ring]) {
+        ++counts[ring];
+        for (size_t c = 0; c < 3; ++c) means[ring][c] += (*all[s][ring])[c];
+      }
+  }
+  std::vector<RingProfile> profiles(photographs.surfels());
+  for (size_t s = 0; s < profiles.size(); ++s)
+    for (size_t c = 0; c < 3; ++c) {
+      float sum = 0, filled = 0; // of differences from the mean of all surfels
+      for (size_t ring = 0; ring < kRings; ++ring)
+        if (all[s][ring]) {
+          profiles[s][3 * ring + c] =
+              (*all[s][ring])[c] - static_cast<float>(means[ring][c] / static_cast<double>(counts[ring]));
+          sum += profiles[s][3 * ring + c];
+          ++filled;
+        }
+      for (size_t ring = 0; ring < kRings; ++ring)
+        if (all[s][ring]) profiles[s][3 * ring + c] -= sum / filled;
+    }
+  return profiles;
+}
+
+std::vector<uint32_t> kMeans(std::span<const RingProfile> profiles, size_t k) {
+  assert(k > 0);
+  if (profiles.empty()) return {};
+  constexpr int kMostRounds = 50;
+  std::vector<RingProfile> centres = seedsOf(profiles, k);
+  std::vector<uint32_t> cluster(profiles.size(), 0);
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<uint32_t> next;
+    for (const RingProfile& profile : profiles) next.push_back(nearestOf(centres, profile));
+    if (round > 0 && next == cluster) break;
+    cluster = std::move(next);
+    std::vector<std::array<double, std::tuple_size_v<RingProfile>>> sums(centres.size());
+    std::vector<size_t> counts(centres.size());
+    for (size_t s = 0; s < profiles.size(); ++s) {
+      ++counts[cluster[s]];
+      for (size_t i = 0; i < profiles[s].size(); ++i) sums[cluster[s]][i] += profiles[s][i];
+    }
+    for (size_t c = 0; c < centres.size(); ++c)
+      for (size_t i = 0; i < centres[c].size() && counts[c] > 0; ++i)
+        centres[c][i] = static_cast<float>(sums[c][i] / static_cast<double>(counts[c]));
+  }
+  return cluster;
+}
+
+Clusters findClusters(const Photographs& photographs, const ClusterOptions& options,
+                      const Progress& progress) {
+  constexpr int kReassignments = 2;
+  if (photographs.size() == 0)
+    return {1, std::vector<uint32_t>(photographs.surfels()), std::vector<float>(photographs.surfels())};
+  const Thinned thinned(photographs, options.photographs);
+  const Photographs few = thinned.photographs();
+  const IsotropicTables tables(few, options, progress);
+  std::vector<uint32_t> cluster = kMeans(ringProfiles(few, options.white), options.most);
+  const auto reassign = [&] {
+    const size_t count = renumber(cluster);
+    cluster = leastOf(errorsOf(tables, tablesOf(tables, cluster, count), few.surfels()), count);
+  };
+  for (int round = 0; round < kReassignments; ++round) reassign();
+  merge(tables, cluster, options.worse);
+  for (int round = 0; round < kReassignments; ++round) reassign();
+  const size_t count = renumber(cluster);
+  const IsotropicTables whole(photographs, options, progress);
+  Clusters clusters{count, {}, errorsOf(whole, tablesOf(tables, cluster, count), photographs.surfels())};
+  clusters.of = leastOf(clusters.errors, count);
+  return clusters;
+}
+
+TableMixture mixtureOf(std::span<const float> errors) {
+  assert(!errors.empty());
+  constexpr double kSharpness = 8, kLeast = 1e-6;
+  std::vector<uint16_t> order(errors.size());
+  std::iota(order.begin(), order.end(), uint16_t{0});
+  std::ranges::stable_sort(order, {}, [&](uint16_t table) { return errors[table]; });
+  const double best = errors[order[0]] + kLeast;
+  const auto score = [&](size_t rank) {
+    return rank < order.size() ? std::pow(best / (errors[order[rank]] + kLeast), kSharpness) : 0;
+  };
+  TableMixture mixture;
+  double sum = 0;
+  const double last = std::min(score(kMixedTables), 1 - kLeast); // four equal ones: the first answer
+  for (size_t rank = 0; rank < kMixedTables; ++rank) sum += std::max(0.0, score(rank) - last);
+  for (size_t rank = 0; rank < kMixedTables; ++rank) {
+    mixture.table[rank] = rank < order.size() ? order[rank] : order[0];
+    mixture.weight[rank] = static_cast<float>(std::max(0.0, score(rank) - last) / sum);
+  }
+  return mixture;
+}
+
+float tableShare(float tableError, float photographsError) {
+  constexpr float kClearlyBetter = 0.7f; // of the other's error
+  if (!(photographsError > 0)) return 0;
+  const float t = std::clamp((1 - tableError / photographsError) / (1 - kClearlyBetter), 0.f, 1.f);
+  return t * t * (3 - 2 * t);
+}
+
+} // namespace surflect::reflectance

@@ -1,0 +1,70 @@
+// Clusters of surfels whose reflectance one table describes: kinds of surface, found from the photographs
+// alone.
+//
+//   1. k-means over the surfels' ring profiles: mean reflectance by distance of the half vector from the
+//   normal
+//      [Lloyd 1982, seeds as in Arthur 2007].
+//   2. Reassignment: each surfel to the table that predicts its photographs best, each photograph with the
+//   gain
+//      of the others; then the tables anew. Tables of this step know |p| and |e| alone (withoutAngles), so
+//      that frames need not follow the fibres yet.
+//   3. The two clusters whose union costs least become one, as long as photographs that were left out are
+//      predicted nearly as well: tables are fitted to half of the surfels, and judged by the other half.
+//
+// Memberships are soft: m_k is proportional to E_k^-8, with E_k the error of table k at the surfel, less that
+// of the fourth table, so that tables enter and leave a mixture at weight 0.
+//
+// [Lloyd 1982] Lloyd: Least squares quantization in PCM, IEEE Trans. Inf. Theory 28(2).
+// [Arthur 2007] Arthur, Vassilvitskii: k-means++: The Advantages of Careful Seeding, SODA.
+#pragma once
+
+#include "srf/reflectance/photographs.h"
+#include "srf/reflectance/reflectance_table.h"
+#include "surfel/base/time.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace surflect::reflectance {
+
+// Rings of the half vector, by |p|. A profile holds the logarithm of a surfel's mean tabulated value in each
+// ring and channel, less the mean of all surfels there, and less the mean of these differences over the
+// rings: gains leave profiles nearly as they are.
+inline constexpr std::array<float, 4> kRingEdges{0.06f, 0.13f, 0.25f, 0.45f};
+using RingProfile = std::array<float, 3 * (kRingEdges.size() + 1)>; // ring by ring
+
+// Profiles of all surfels; 0 in rings without a photograph.
+std::vector<RingProfile> ringProfiles(const Photographs& photographs, float white);
+
+// Cluster of each profile, 0..k-1, by k-means; the same for the same profiles.
+std::vector<uint32_t> kMeans(std::span<const RingProfile> profiles, size_t k);
+
+struct ClusterOptions {
+  float white = 1;              // reflectance of a white pixel, > 0
+  size_t most = 8;              // clusters before merging
+  double worse = 0.05;          // error that a union may add, as a part of its parts' error
+  size_t photographs = 100'000; // about as many are looked at; surfels are left out evenly
+};
+
+struct Clusters {
+  size_t count = 0;
+  std::vector<uint32_t> of;  // cluster of each surfel
+  std::vector<float> errors; // leftOutErrors of each surfel by each cluster's table: `count` a surfel
+};
+
+// Throws Cancelled.
+Clusters findClusters(const Photographs& photographs, const ClusterOptions& options,
+                      const Progress& progress = {});
+
+// Mixture of tables at a surfel, from the error of each (at least one).
+TableMixture mixtureOf(std::span<const float> errors);
+
+// How much of an answer is the table's, 0..1, where it predicts a surfel's photographs with one error, and
+// other photographs of the surfel alone predict them with another: 1 while the table is clearly better, 0
+// where it is not.
+float tableShare(float tableError, float photographsError);
+
+} // namespace surflect::reflectance
