@@ -3,6 +3,9 @@
 #include "srf/reflectance/gains.h"
 #include "srf/reflectance/shared_table.h"
 #include "srf/reflectance/table_fit.h"
+#include "surfel/geometry/neighbors.h"
+
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
@@ -54,30 +57,6 @@ std::vector<RingProfile> seedsOf(std::span<const RingProfile> profiles, size_t k
   }
   return seeds;
 }
-
-// Surfels that are looked at, evenly chosen; their photographs are a copy.
-class Thinned {
-public:
-  Thinned(const Photographs& all, size_t most) {
-    const size_t step = std::max<size_t>(1, (all.size() + most - 1) / most);
-    first_.push_back(0);
-    for (size_t surfel = 0; surfel < all.surfels(); surfel += step) {
-      for (size_t i = all.first[surfel]; i < all.first[surfel + 1]; ++i) {
-        directions_.push_back(all.directions[i]);
-        links_.push_back(all.links[i]);
-        reflectance_.push_back(all.reflectance[i]);
-      }
-      first_.push_back(static_cast<uint32_t>(reflectance_.size()));
-    }
-  }
-  Photographs photographs() const { return {first_, directions_, links_, reflectance_}; }
-
-private:
-  std::vector<uint32_t> first_;
-  std::vector<HalfDifference<>> directions_;
-  std::vector<float> links_;
-  std::vector<Rgb> reflectance_;
-};
 
 std::vector<TablePlace> isotropicPlaces(const Photographs& photographs) {
   std::vector<HalfDifference<>> directions;
@@ -299,8 +278,8 @@ Clusters findClusters(const Photographs& photographs, const ClusterOptions& opti
   constexpr int kReassignments = 2;
   if (photographs.size() == 0)
     return {1, std::vector<uint32_t>(photographs.surfels()), std::vector<float>(photographs.surfels())};
-  const Thinned thinned(photographs, options.photographs);
-  const Photographs few = thinned.photographs();
+  const PhotographArrays thinned = subsetOf(photographs, thinnedSurfels(photographs, options.photographs));
+  const Photographs few = thinned.view();
   const IsotropicTables tables(few, options, progress);
   std::vector<uint32_t> cluster = kMeans(ringProfiles(few, options.white), options.most);
   const auto reassign = [&] {
@@ -315,6 +294,27 @@ Clusters findClusters(const Photographs& photographs, const ClusterOptions& opti
   Clusters clusters{count, {}, errorsOf(whole, tablesOf(tables, cluster, count), photographs.surfels())};
   clusters.of = leastOf(clusters.errors, count);
   return clusters;
+}
+
+std::vector<float> smoothedErrors(std::span<const Point3<AcquisitionSpace>> places,
+                                  std::span<const float> errors, size_t neighbors) {
+  assert(errors.size() % std::max<size_t>(1, places.size()) == 0);
+  const NeighborIndex index(places);
+  const size_t tables = places.empty() ? 0 : errors.size() / places.size();
+  std::vector<float> smoothed(errors.size());
+  tbb::parallel_for(size_t{0}, places.size(), [&](size_t s) {
+    const auto near = index.nearest(places[s], neighbors + 1);
+    const float end = near.size() > neighbors ? near.back().distance : std::numeric_limits<float>::infinity();
+    float sum = 0;
+    std::vector<float> mean(tables);
+    for (const auto& [neighbor, distance] : near) {
+      const float weight = end > 0 ? std::max(0.f, 1 - distance / end) : 1;
+      sum += weight;
+      for (size_t t = 0; t < tables; ++t) mean[t] += weight * errors[neighbor * tables + t];
+    }
+    for (size_t t = 0; t < tables; ++t) smoothed[s * tables + t] = mean[t] / sum;
+  });
+  return smoothed;
 }
 
 TableMixture mixtureOf(std::span<const float> errors) {

@@ -21,6 +21,7 @@
 #include "srf/reflectance/photographs.h"
 #include "srf/reflectance/reflectance_table.h"
 #include "surfel/base/time.h"
+#include "surfel/math/space.h"
 
 #include <array>
 #include <cstddef>
@@ -58,6 +59,12 @@ struct Clusters {
 // Throws Cancelled.
 Clusters findClusters(const Photographs& photographs, const ClusterOptions& options,
                       const Progress& progress = {});
+
+// Errors averaged over the nearest surfels, weighted by a nearness that is 1 at the surfel itself and 0 at
+// the neighbour after the last: mixtures then change smoothly over the surface. errors: those of all tables,
+// a surfel after another (a multiple of #places). `neighbors` > 0 includes the surfel itself.
+std::vector<float> smoothedErrors(std::span<const Point3<AcquisitionSpace>> places,
+                                  std::span<const float> errors, size_t neighbors = 8);
 
 // Mixture of tables at a surfel, from the error of each (at least one).
 TableMixture mixtureOf(std::span<const float> errors);

@@ -4,9 +4,11 @@
 #include "srf/reflectance/table_coordinates.h"
 #include "surfel/math/rgb.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace surflect::reflectance {
 
@@ -21,5 +23,42 @@ struct Photographs {
   size_t surfels() const { return first.size() - 1; }
   size_t size() const { return reflectance.size(); }
 };
+
+// Photographs with arrays of their own.
+struct PhotographArrays {
+  std::vector<uint32_t> first{0};
+  std::vector<HalfDifference<>> directions;
+  std::vector<float> links;
+  std::vector<Rgb> reflectance;
+
+  void add(const HalfDifference<>& direction, float link, const Rgb& value) {
+    directions.push_back(direction);
+    links.push_back(link);
+    reflectance.push_back(value);
+  }
+  void endSurfel() { first.push_back(static_cast<uint32_t>(reflectance.size())); }
+
+  Photographs view() const { return {first, directions, links, reflectance}; }
+};
+
+// Those of the given surfels.
+inline PhotographArrays subsetOf(const Photographs& photographs, std::span<const uint32_t> surfels) {
+  PhotographArrays subset;
+  for (const uint32_t surfel : surfels) {
+    for (size_t i = photographs.first[surfel]; i < photographs.first[surfel + 1]; ++i)
+      subset.add(photographs.directions[i], photographs.links[i], photographs.reflectance[i]);
+    subset.endSurfel();
+  }
+  return subset;
+}
+
+// Surfels, evenly chosen, that have at most about `most` > 0 photographs together.
+inline std::vector<uint32_t> thinnedSurfels(const Photographs& photographs, size_t most) {
+  const size_t step = std::max<size_t>(1, (photographs.size() + most - 1) / most);
+  std::vector<uint32_t> surfels;
+  for (size_t surfel = 0; surfel < photographs.surfels(); surfel += step)
+    surfels.push_back(static_cast<uint32_t>(surfel));
+  return surfels;
+}
 
 } // namespace surflect::reflectance

@@ -12,12 +12,13 @@ namespace surflect::reflectance {
 namespace {
 
 // Surfels of the materials in turn, each with a gain of its own.
-planted::Captured mixed(std::span<const planted::Material> materials, size_t surfels, size_t photographs,
-                        unsigned seed) {
+PhotographArrays mixed(std::span<const planted::Material> materials, size_t surfels, size_t photographs,
+                       unsigned seed) {
   std::mt19937 random(seed);
-  planted::Captured captured;
+  PhotographArrays captured;
   for (size_t s = 0; s < surfels; ++s)
-    captured.surfel(materials[s % materials.size()], planted::randomGain(random), photographs, random);
+    planted::addSurfel(captured, materials[s % materials.size()], planted::randomGain(random), photographs,
+                       random);
   return captured;
 }
 
@@ -35,37 +36,37 @@ double purity(const Clusters& clusters, size_t materials) {
 const std::vector<planted::Material> kThree{planted::kMatte, planted::kGlossy, planted::kBrushed};
 
 TEST(Clusters, AreThePlantedMaterials) {
-  const planted::Captured captured = mixed(kThree, 150, 80, 1);
-  const Clusters clusters = findClusters(captured.photographs(), {.white = planted::kWhite});
+  const PhotographArrays captured = mixed(kThree, 150, 80, 1);
+  const Clusters clusters = findClusters(captured.view(), {.white = planted::kWhite});
   EXPECT_EQ(clusters.count, 3u);
   EXPECT_GT(purity(clusters, 3), 0.97);
 }
 
 TEST(Clusters, OfOneMaterialAreOne) {
-  const planted::Captured captured = mixed(std::span(kThree).subspan(1, 1), 150, 60, 2);
-  EXPECT_EQ(findClusters(captured.photographs(), {.white = planted::kWhite}).count, 1u);
+  const PhotographArrays captured = mixed(std::span(kThree).subspan(1, 1), 150, 60, 2);
+  EXPECT_EQ(findClusters(captured.view(), {.white = planted::kWhite}).count, 1u);
 }
 
 TEST(Clusters, AreTheSameForAnyNumberOfThreads) {
-  const planted::Captured captured = mixed(kThree, 60, 40, 3);
+  const PhotographArrays captured = mixed(kThree, 60, 40, 3);
   const ClusterOptions options{.white = planted::kWhite, .most = 4};
-  const Clusters many = findClusters(captured.photographs(), options);
+  const Clusters many = findClusters(captured.view(), options);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const Clusters again = findClusters(captured.photographs(), options);
+  const Clusters again = findClusters(captured.view(), options);
   EXPECT_EQ(again.of, many.of);
   EXPECT_EQ(again.errors, many.errors);
 }
 
 TEST(Clusters, SurfelsWithoutPhotographsBelongSomewhere) {
-  planted::Captured captured = mixed(kThree, 30, 40, 4);
+  PhotographArrays captured = mixed(kThree, 30, 40, 4);
   std::mt19937 random(5);
-  captured.surfel(planted::kMatte, {1, 1, 1}, 0, random);
-  const Clusters clusters = findClusters(captured.photographs(), {.white = planted::kWhite, .most = 3});
+  planted::addSurfel(captured, planted::kMatte, {1, 1, 1}, 0, random);
+  const Clusters clusters = findClusters(captured.view(), {.white = planted::kWhite, .most = 3});
   ASSERT_EQ(clusters.of.size(), 31u);
   EXPECT_LT(clusters.of.back(), clusters.count);
-  planted::Captured none;
-  none.surfel(planted::kMatte, {1, 1, 1}, 0, random);
-  EXPECT_EQ(findClusters(none.photographs(), {}).of, std::vector<uint32_t>{0});
+  PhotographArrays none;
+  planted::addSurfel(none, planted::kMatte, {1, 1, 1}, 0, random);
+  EXPECT_EQ(findClusters(none.view(), {}).of, std::vector<uint32_t>{0});
 }
 
 TEST(KMeans, FindsSeparateGroupsAndAtMostAsManyAsThereAreProfiles) {

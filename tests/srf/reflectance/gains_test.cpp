@@ -9,18 +9,18 @@ namespace {
 
 TEST(Gains, RecoverPlantedGains) {
   std::mt19937 random(1);
-  planted::Captured captured;
+  PhotographArrays captured;
   std::vector<Rgb> gains, predicted;
   for (int surfel = 0; surfel < 50; ++surfel) {
     gains.push_back(planted::randomGain(random));
     const size_t begin = captured.reflectance.size();
-    captured.surfel(planted::kGlossy, {1, 1, 1}, 400, random);
+    planted::addSurfel(captured, planted::kGlossy, {1, 1, 1}, 400, random);
     for (size_t i = begin; i < captured.reflectance.size(); ++i) {
       predicted.push_back(captured.reflectance[i]);
       captured.reflectance[i] = gains.back() * predicted.back();
     }
   }
-  const auto found = gainsOf(captured.photographs(), predicted, planted::kWhite);
+  const auto found = gainsOf(captured.view(), predicted, planted::kWhite);
   for (size_t s = 0; s < gains.size(); ++s) {
     EXPECT_NEAR(found[s].r / gains[s].r, 1, 0.05);
     EXPECT_NEAR(found[s].b / gains[s].b, 1, 0.05);
@@ -70,13 +70,13 @@ TEST(Gains, WithoutAPhotographAreThoseOfTheOthers) {
 
 TEST(Gains, LeftOutErrorIsZeroForAnExactTableAndGrowsWithWrongShape) {
   std::mt19937 random(3);
-  planted::Captured captured;
-  captured.surfel(planted::kGlossy, {1, 1, 1}, 100, random);
-  captured.surfel(planted::kGlossy, {1, 1, 1}, 100, random);
-  captured.surfel(planted::kGlossy, {1, 1, 1}, 0, random);
+  PhotographArrays captured;
+  planted::addSurfel(captured, planted::kGlossy, {1, 1, 1}, 100, random);
+  planted::addSurfel(captured, planted::kGlossy, {1, 1, 1}, 100, random);
+  planted::addSurfel(captured, planted::kGlossy, {1, 1, 1}, 0, random);
   std::vector<Rgb> predicted = captured.reflectance;
   for (size_t i = 100; i < 200; ++i) predicted[i] = {0.1f, 0.1f, 0.1f};
-  const auto errors = leftOutErrors(captured.photographs(), predicted, planted::kWhite);
+  const auto errors = leftOutErrors(captured.view(), predicted, planted::kWhite);
   EXPECT_NEAR(errors[0], 0, 1e-9);
   EXPECT_GT(errors[1], 0.01f);
   EXPECT_EQ(errors[2], 0);

@@ -47,25 +47,16 @@ Rgb reflectanceOf(const Material& material, const Direction3<SurfelSpace, T>& vi
           channel(material.matte.b, material.gloss.b)};
 }
 
-// Photographs of surfels from random directions.
-struct Captured {
-  std::vector<uint32_t> first{0};
-  std::vector<HalfDifference<>> directions;
-  std::vector<float> links;
-  std::vector<Rgb> reflectance;
-
-  void photograph(const Material& material, const Rgb& gain, std::mt19937& random) {
+// Adds a surfel, photographed from random directions under random lights.
+inline void addSurfel(PhotographArrays& to, const Material& material, const Rgb& gain, size_t photographs,
+                      std::mt19937& random) {
+  for (size_t i = 0; i < photographs; ++i) {
     const auto view = above(random), light = above(random);
-    directions.push_back(halfDifference(view, light));
-    links.push_back(tableLink(light.z(), view.z()));
-    reflectance.push_back(gain * reflectanceOf(material, view, light));
+    to.add(halfDifference(view, light), tableLink(light.z(), view.z()),
+           gain * reflectanceOf(material, view, light));
   }
-  void surfel(const Material& material, const Rgb& gain, size_t photographs, std::mt19937& random) {
-    for (size_t i = 0; i < photographs; ++i) photograph(material, gain, random);
-    first.push_back(static_cast<uint32_t>(reflectance.size()));
-  }
-  Photographs photographs() const { return {first, directions, links, reflectance}; }
-};
+  to.endSurfel();
+}
 
 inline Rgb randomGain(std::mt19937& random) {
   std::uniform_real_distribution<float> logarithm(-0.7f, 0.7f);

@@ -12,7 +12,7 @@ namespace {
 const TableGrid kCoarseGrid{{17, 17, 7, 7}};
 
 struct Fitted {
-  planted::Captured captured;
+  PhotographArrays captured;
   std::vector<Rgb> planted;
   SharedTable table;
 };
@@ -24,11 +24,11 @@ Fitted fitted(const planted::Material& material, size_t surfels, size_t photogra
   Fitted all;
   for (size_t s = 0; s < surfels; ++s) {
     all.planted.push_back(planted::randomGain(random));
-    all.captured.surfel(material, all.planted.back(), photographs, random);
+    planted::addSurfel(all.captured, material, all.planted.back(), photographs, random);
   }
   for (Rgb& y : all.captured.reflectance)
     if (std::uniform_real_distribution<>()(random) < outliers) y = {2, 2, 2};
-  const Photographs given = all.captured.photographs();
+  const Photographs given = all.captured.view();
   all.table = fitSharedTable(kCoarseGrid, given, placesOf(kCoarseGrid, given.directions),
                              std::vector<float>(surfels, 1.f), {.white = planted::kWhite});
   return all;
@@ -78,14 +78,14 @@ TEST(SharedTable, FlaresHardlyCount) {
 
 TEST(SharedTable, SurfelsWithoutMembershipDoNotCount) {
   std::mt19937 random(10);
-  planted::Captured both, one;
-  for (int s = 0; s < 20; ++s) both.surfel(planted::kMatte, {1, 1, 1}, 30, random);
+  PhotographArrays both, one;
+  for (int s = 0; s < 20; ++s) planted::addSurfel(both, planted::kMatte, {1, 1, 1}, 30, random);
   one = both;
-  for (int s = 0; s < 20; ++s) both.surfel(planted::kBrushed, {1, 1, 1}, 30, random);
+  for (int s = 0; s < 20; ++s) planted::addSurfel(both, planted::kBrushed, {1, 1, 1}, 30, random);
   std::vector<float> membership(40, 0.f);
   std::fill_n(membership.begin(), 20, 1.f);
-  const auto fit = [](const planted::Captured& captured, const std::vector<float>& members) {
-    const Photographs given = captured.photographs();
+  const auto fit = [](const PhotographArrays& captured, const std::vector<float>& members) {
+    const Photographs given = captured.view();
     return fitSharedTable(kCoarseGrid, given, placesOf(kCoarseGrid, given.directions), members,
                           {.white = planted::kWhite});
   };
