@@ -58,6 +58,17 @@ std::vector<RingProfile> seedsOf(std::span<const RingProfile> profiles, size_t k
   return seeds;
 }
 
+// Every other photograph of each surfel, the first or the second of two.
+PhotographArrays everyOther(const Photographs& photographs, size_t which) {
+  PhotographArrays some;
+  for (size_t s = 0; s < photographs.surfels(); ++s) {
+    for (size_t i = photographs.first[s] + which; i < photographs.first[s + 1]; i += 2)
+      some.add(photographs.directions[i], photographs.links[i], photographs.reflectance[i]);
+    some.endSurfel();
+  }
+  return some;
+}
+
 std::vector<TablePlace> isotropicPlaces(const Photographs& photographs) {
   std::vector<HalfDifference<>> directions;
   for (const HalfDifference<>& at : photographs.directions) directions.push_back(withoutAngles(at));
@@ -280,14 +291,16 @@ Clusters findClusters(const Photographs& photographs, const ClusterOptions& opti
     return {1, std::vector<uint32_t>(photographs.surfels()), std::vector<float>(photographs.surfels())};
   const PhotographArrays thinned = subsetOf(photographs, thinnedSurfels(photographs, options.photographs));
   const Photographs few = thinned.view();
-  const IsotropicTables tables(few, options, progress);
-  std::vector<uint32_t> cluster = kMeans(ringProfiles(few, options.white), options.most);
+  const PhotographArrays seen = everyOther(few, 0), kept = everyOther(few, 1);
+  const Photographs ofSeen = seen.view(), ofKept = kept.view();
+  const IsotropicTables tables(ofSeen, options, progress), judges(ofKept, options, progress);
+  std::vector<uint32_t> cluster = kMeans(ringProfiles(ofSeen, options.white), options.most);
   const auto reassign = [&] {
     const size_t count = renumber(cluster);
     cluster = leastOf(errorsOf(tables, tablesOf(tables, cluster, count), few.surfels()), count);
   };
   for (int round = 0; round < kReassignments; ++round) reassign();
-  merge(tables, cluster, options.worse);
+  merge(judges, cluster, options.worse);
   for (int round = 0; round < kReassignments; ++round) reassign();
   const size_t count = renumber(cluster);
   const IsotropicTables whole(photographs, options, progress);

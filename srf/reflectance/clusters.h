@@ -9,7 +9,8 @@
 //      of the others; then the tables anew. Tables of this step know |p| and |e| alone (withoutAngles), so
 //      that frames need not follow the fibres yet.
 //   3. The two clusters whose union costs least become one, as long as photographs that were left out are
-//      predicted nearly as well: tables are fitted to half of the surfels, and judged by the other half.
+//      predicted nearly as well: every other photograph of each surfel takes no part in steps 1 and 2. Tables
+//      are fitted to those of half of the surfels, and judged by those of the other half.
 //
 // Memberships are soft: m_k is proportional to E_k^-8, with E_k the error of table k at the surfel, less that
 // of the fourth table, so that tables enter and leave a mixture at weight 0.
@@ -46,7 +47,7 @@ std::vector<uint32_t> kMeans(std::span<const RingProfile> profiles, size_t k);
 struct ClusterOptions {
   float white = 1;              // reflectance of a white pixel, > 0
   size_t most = 8;              // clusters before merging
-  double worse = 0.05;          // error that a union may add, as a part of its parts' error
+  double worse = 0.1;           // error that a union may add, as a part of its parts' error: 0.4 dB
   size_t photographs = 100'000; // about as many are looked at; surfels are left out evenly
 };
 

@@ -1,0 +1,145 @@
+#include "srf/reflectance/shared_reflectance.h"
+
+#include "srf/reflectance/clusters.h"
+#include "srf/reflectance/gains.h"
+#include "srf/reflectance/shared_table.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace surflect::reflectance {
+
+namespace {
+
+constexpr TableGrid kFibreGrid{{25, 25, 3, 3}};
+constexpr size_t kFibrePhotographs = 100'000; // in all patches of a cluster
+
+template <class T> std::vector<T> chosen(std::span<const T> all, std::span<const uint32_t> indices) {
+  std::vector<T> some;
+  for (const uint32_t index : indices) some.push_back(all[index]);
+  return some;
+}
+
+// Fibres of the members of a cluster, in the members' order.
+std::vector<Angle> fibresOf(const Photographs& photographs, std::span<const Point3<AcquisitionSpace>> places,
+                            std::span<const SurfelFrame> frames, const SharingOptions& options,
+                            const Progress& progress) {
+  const std::vector<uint32_t> few = thinnedSurfels(photographs, kFibrePhotographs);
+  const auto fewFrames = chosen(frames, std::span<const uint32_t>(few));
+  const auto fewPlaces = chosen(places, std::span<const uint32_t>(few));
+  const PhotographArrays ofFew = subsetOf(photographs, few);
+  Patches patches =
+      patchesOf(fewPlaces, std::max<size_t>(1, ofFew.reflectance.size() /
+                                                   std::max<size_t>(1, options.photographsInPatch)));
+  FitOptions fit;
+  fit.white = options.white;
+  fit.mostIterations = 40;
+  const std::vector<Fibre> fibres =
+      refinedFibres(kFibreGrid, ofFew.view(), fewFrames, patches,
+                    highlightFibres(ofFew.view(), fewFrames, patches, options.white), fit, 3, progress);
+  for (uint32_t& centre : patches.centres) centre = few[centre];
+  return fibreAngles(places, frames, patches, fibres);
+}
+
+// Memberships of surfels in one table, 0 for those that are left out so that about `most` photographs remain.
+std::vector<float> thinnedMembership(const Photographs& photographs, std::vector<float> membership,
+                                     size_t most) {
+  size_t members = 0;
+  for (size_t s = 0; s < membership.size(); ++s)
+    if (membership[s] > 0) members += photographs.first[s + 1] - photographs.first[s];
+  const size_t step = std::max<size_t>(1, (members + most - 1) / most);
+  size_t rank = 0;
+  for (float& weight : membership)
+    if (weight > 0 && rank++ % step != 0) weight = 0;
+  return membership;
+}
+
+float weightIn(const TableMixture& mixture, size_t table) {
+  float sum = 0;
+  for (size_t m = 0; m < kMixedTables; ++m)
+    if (mixture.table[m] == table) sum += mixture.weight[m];
+  return sum;
+}
+
+// Predictions of all photographs by the mixtures of their surfels.
+std::vector<Rgb> mixedPredictions(const std::vector<std::vector<Rgb>>& ofTables,
+                                  const Photographs& photographs, std::span<const TableMixture> mixtures) {
+  std::vector<Rgb> mixed(photographs.size());
+  tbb::parallel_for(size_t{0}, photographs.surfels(), [&](size_t s) {
+    for (size_t m = 0; m < kMixedTables; ++m)
+      for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i)
+        mixed[i] = mixed[i] + mixtures[s].weight[m] * ofTables[mixtures[s].table[m]][i];
+  });
+  return mixed;
+}
+
+} // namespace
+
+SharedReflectance shareReflectance(const Photographs& photographs,
+                                   std::span<const Point3<AcquisitionSpace>> places,
+                                   std::span<const SurfelFrame> frames, const SharingOptions& options,
+                                   const Progress& progress) {
+  const size_t surfels = photographs.surfels();
+  assert(places.size() == surfels && frames.size() == surfels);
+  const Clusters clusters =
+      findClusters(photographs, {.white = options.white, .most = options.mostTables}, progress);
+
+  SharedReflectance shared{{options.grid, {}}, std::vector<Angle>(surfels), {}, {}, {}};
+  for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
+    std::vector<uint32_t> members;
+    for (uint32_t s = 0; s < surfels; ++s)
+      if (clusters.of[s] == cluster) members.push_back(s);
+    const PhotographArrays ofMembers = subsetOf(photographs, members);
+    const std::span<const uint32_t> indices = members;
+    const std::vector<Angle> fibres =
+        fibresOf(ofMembers.view(), chosen(places, indices), chosen(frames, indices), options, progress);
+    for (size_t i = 0; i < members.size(); ++i) shared.fibres[members[i]] = fibres[i];
+  }
+
+  std::vector<HalfDifference<>> directions(photographs.size());
+  tbb::parallel_for(size_t{0}, surfels, [&](size_t s) {
+    for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i)
+      directions[i] = turned(photographs.directions[i], shared.fibres[s]);
+  });
+  Photographs along = photographs;
+  along.directions = directions;
+  const std::vector<TablePlace> gridPlaces = placesOf(options.grid, directions);
+  FitOptions fit;
+  fit.white = options.white;
+  const auto fitted = [&](std::vector<float> membership, size_t rounds) {
+    return fitSharedTable(options.grid, along, gridPlaces,
+                          thinnedMembership(along, std::move(membership), options.photographs), fit, rounds,
+                          progress)
+        .nodes;
+  };
+
+  std::vector<float> errors(surfels * clusters.count);
+  for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
+    std::vector<float> membership;
+    for (const uint32_t of : clusters.of) membership.push_back(of == cluster ? 1.f : 0.f);
+    const auto ofTable =
+        leftOutErrors(along, predictionsOf(options.grid, fitted(std::move(membership), 2), along, gridPlaces),
+                      options.white);
+    for (size_t s = 0; s < surfels; ++s) errors[s * clusters.count + cluster] = ofTable[s];
+  }
+  errors = smoothedErrors(places, errors);
+  for (size_t s = 0; s < surfels; ++s)
+    shared.mixtures.push_back(mixtureOf(std::span(errors).subspan(s * clusters.count, clusters.count)));
+
+  std::vector<std::vector<Rgb>> predictions;
+  for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
+    std::vector<float> membership;
+    for (const TableMixture& mixture : shared.mixtures) membership.push_back(weightIn(mixture, cluster));
+    const std::vector<Rgb> nodes = fitted(std::move(membership), 3);
+    shared.tables.add(nodes);
+    predictions.push_back(predictionsOf(options.grid, nodes, along, gridPlaces));
+  }
+  const std::vector<Rgb> predicted = mixedPredictions(predictions, along, shared.mixtures);
+  shared.gains = gainsOf(along, predicted, options.white);
+  shared.errors = leftOutErrors(along, predicted, options.white);
+  return shared;
+}
+
+} // namespace surflect::reflectance

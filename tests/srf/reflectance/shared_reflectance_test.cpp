@@ -1,0 +1,76 @@
+#include "srf/reflectance/shared_reflectance.h"
+
+#include "tests/srf/reflectance/planted.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace surflect::reflectance {
+namespace {
+
+// A disc whose right half is brushed, along circles about its middle, and whose left half is matte. Frames
+// are turned at random.
+struct Disc {
+  std::vector<Point3<AcquisitionSpace>> places;
+  std::vector<SurfelFrame> frames;
+  std::vector<Rgb> gains;
+  std::vector<double> fibres; // in each frame
+  PhotographArrays photographs;
+
+  const planted::Material& materialOf(size_t surfel) const {
+    return places[surfel].x() > 0 ? planted::kBrushed : planted::kMatte;
+  }
+};
+
+Disc randomDisc(size_t surfels, size_t photographs, std::mt19937& random) {
+  std::uniform_real_distribution<double> any(-1, 1);
+  Disc disc;
+  while (disc.places.size() < surfels) {
+    const double x = any(random), y = any(random), turn = std::numbers::pi * any(random);
+    if (std::hypot(x, y) > 1 || std::hypot(x, y) < 0.2) continue;
+    disc.places.push_back(assume<Point3<AcquisitionSpace>>(Vec3<double>(x, y, 0)));
+    disc.frames.emplace_back(
+        Eigen::AngleAxisf(static_cast<float>(turn), Vec3<float>::UnitZ()).toRotationMatrix());
+    disc.gains.push_back(planted::randomGain(random));
+    disc.fibres.push_back(std::atan2(x, -y) - turn);
+    const size_t s = disc.places.size() - 1, begin = disc.photographs.directions.size();
+    planted::addSurfel(disc.photographs, disc.materialOf(s), disc.gains[s], photographs, random);
+    for (size_t i = begin; i < begin + photographs; ++i)
+      disc.photographs.directions[i] =
+          turned(disc.photographs.directions[i], Angle::fromRadians(-disc.fibres[s]));
+  }
+  return disc;
+}
+
+TEST(SharedReflectance, PredictsNewPhotographsOfADiscOfTwoMaterials) {
+  std::mt19937 random(1);
+  const Disc disc = randomDisc(400, 50, random);
+  const SharedReflectance shared =
+      shareReflectance(disc.photographs.view(), disc.places, disc.frames,
+                       {.white = planted::kWhite, .grid = {{17, 17, 5, 5}}, .mostTables = 4});
+  EXPECT_EQ(shared.tables.count(), 2u);
+  double error = 0, all = 0;
+  for (size_t s = 0; s < disc.places.size(); ++s) {
+    const double fibre = shared.fibres[s].radians() - disc.fibres[s]; // of the tables, against the true one
+    const Eigen::AngleAxisf turn(static_cast<float>(-fibre), Vec3<float>::UnitZ());
+    for (int i = 0; i < 5; ++i) {
+      const auto view = planted::above(random, 0.2), light = planted::above(random, 0.2);
+      const std::vector v{assume<Direction3<SurfelSpace>>(turn * view.raw())};
+      const std::vector l{assume<Direction3<SurfelSpace>>(turn * light.raw())};
+      std::vector<Rgb> got(1);
+      predictReflectance(shared.tables, std::span(shared.mixtures).subspan(s, 1),
+                         std::span(shared.gains).subspan(s, 1), v, l, got);
+      const Rgb wanted = disc.gains[s] * planted::reflectanceOf(disc.materialOf(s), view, light);
+      error += std::pow(got[0].g - wanted.g, 2);
+      all += std::pow(wanted.g, 2);
+    }
+  }
+  EXPECT_LT(error / all, 0.05);
+  double left = 0;
+  for (const float each : shared.errors) left += each / static_cast<double>(shared.errors.size());
+  EXPECT_LT(left, 0.1);
+}
+
+} // namespace
+} // namespace surflect::reflectance
