@@ -94,39 +94,47 @@ public:
                          fit_.white);
   }
 
-  // Sum of errors over the photographs of all members, each predicted by a table that was fitted to the
-  // other half of the members. Errors that are too small to be seen count as kUnseen a photograph.
-  double crossError(const std::vector<bool>& isMember) const {
-    constexpr double kUnseen = 1e-3;
-    double sum = 0, least = 0;
-    for (const size_t half : {0u, 1u}) {
-      std::vector<float> membership(photographs_.surfels());
-      size_t members = 0;
-      for (size_t s = 0; s < membership.size(); ++s)
-        if (isMember[s]) membership[s] = members++ % 2 == half ? 1.f : 0.f;
-      const std::vector<float> all = errors(fitted(membership));
-      for (size_t s = 0; s < all.size(); ++s)
-        if (isMember[s] && membership[s] == 0) {
-          const uint32_t photographs = photographs_.first[s + 1] - photographs_.first[s];
-          sum += double{all[s]} * photographs;
-          least += kUnseen * photographs;
-        }
-    }
-    return std::max(sum, least);
-  }
-
 private:
-  const Photographs& photographs_;
+  const Photographs photographs_;
   const std::vector<TablePlace> places_;
   const Progress& progress_;
   FitOptions fit_;
 };
 
-std::vector<bool> membersOf(std::span<const uint32_t> cluster, std::initializer_list<uint32_t> chosen) {
-  std::vector<bool> isMember;
-  for (const uint32_t c : cluster) isMember.push_back(std::ranges::find(chosen, c) != chosen.end());
-  return isMember;
-}
+// Sum of errors over the photographs of the surfels of some clusters, each predicted by a table that was
+// fitted to the other half of these surfels. Errors that are too small to be seen count as kUnseen a
+// photograph.
+class CrossErrors {
+public:
+  CrossErrors(const Photographs& photographs, const ClusterOptions& options, const Progress& progress)
+      : photographs_(photographs), options_(options), progress_(progress) {}
+
+  double of(std::span<const uint32_t> cluster, std::initializer_list<uint32_t> chosen) const {
+    std::array<std::vector<uint32_t>, 2> halves;
+    size_t members = 0;
+    for (uint32_t s = 0; s < cluster.size(); ++s)
+      if (std::ranges::find(chosen, cluster[s]) != chosen.end()) halves[members++ % 2].push_back(s);
+    return errorOf(halves[0], halves[1]) + errorOf(halves[1], halves[0]);
+  }
+
+private:
+  double errorOf(std::span<const uint32_t> judged, std::span<const uint32_t> told) const {
+    constexpr double kUnseen = 1e-3;
+    const PhotographArrays ofJudged = subsetOf(photographs_, judged), ofTold = subsetOf(photographs_, told);
+    const Photographs given = ofJudged.view();
+    const std::vector<Rgb> nodes =
+        IsotropicTables(ofTold.view(), options_, progress_).fitted(std::vector<float>(told.size(), 1.f));
+    const std::vector<float> errors = IsotropicTables(given, options_, progress_).errors(nodes);
+    double sum = 0;
+    for (size_t s = 0; s < errors.size(); ++s)
+      sum += double{errors[s]} * (given.first[s + 1] - given.first[s]);
+    return std::max(sum, kUnseen * static_cast<double>(given.size()));
+  }
+
+  const Photographs photographs_;
+  const ClusterOptions& options_;
+  const Progress& progress_;
+};
 
 std::vector<std::vector<Rgb>> tablesOf(const IsotropicTables& tables, std::span<const uint32_t> cluster,
                                        size_t count) {
@@ -171,17 +179,17 @@ size_t renumber(std::vector<uint32_t>& cluster) {
 
 // Merges the two clusters whose union costs least, as a part of the error of the two, while that is at most
 // `worse`.
-void merge(const IsotropicTables& tables, std::vector<uint32_t>& cluster, double worse) {
+void merge(const CrossErrors& errors, std::vector<uint32_t>& cluster, double worse) {
   const size_t count = renumber(cluster);
   std::vector<double> alone(count);
-  for (uint32_t c = 0; c < count; ++c) alone[c] = tables.crossError(membersOf(cluster, {c}));
+  for (uint32_t c = 0; c < count; ++c) alone[c] = errors.of(cluster, {c});
   struct Union {
     uint32_t first, second; // clusters; first < second
     double error;
   };
   std::vector<Union> unions;
   const auto addUnion = [&](uint32_t a, uint32_t b) {
-    unions.push_back({std::min(a, b), std::max(a, b), tables.crossError(membersOf(cluster, {a, b}))});
+    unions.push_back({std::min(a, b), std::max(a, b), errors.of(cluster, {a, b})});
   };
   for (uint32_t a = 0; a < count; ++a)
     for (uint32_t b = a + 1; b < count; ++b) addUnion(a, b);
@@ -293,14 +301,14 @@ Clusters findClusters(const Photographs& photographs, const ClusterOptions& opti
   const Photographs few = thinned.view();
   const PhotographArrays seen = everyOther(few, 0), kept = everyOther(few, 1);
   const Photographs ofSeen = seen.view(), ofKept = kept.view();
-  const IsotropicTables tables(ofSeen, options, progress), judges(ofKept, options, progress);
+  const IsotropicTables tables(ofSeen, options, progress);
   std::vector<uint32_t> cluster = kMeans(ringProfiles(ofSeen, options.white), options.most);
   const auto reassign = [&] {
     const size_t count = renumber(cluster);
     cluster = leastOf(errorsOf(tables, tablesOf(tables, cluster, count), few.surfels()), count);
   };
   for (int round = 0; round < kReassignments; ++round) reassign();
-  merge(judges, cluster, options.worse);
+  merge({ofKept, options, progress}, cluster, options.worse);
   for (int round = 0; round < kReassignments; ++round) reassign();
   const size_t count = renumber(cluster);
   const IsotropicTables whole(photographs, options, progress);

@@ -1,16 +1,14 @@
 // Clusters of surfels whose reflectance one table describes: kinds of surface, found from the photographs
 // alone.
 //
-//   1. k-means over the surfels' ring profiles: mean reflectance by distance of the half vector from the
-//   normal
-//      [Lloyd 1982, seeds as in Arthur 2007].
-//   2. Reassignment: each surfel to the table that predicts its photographs best, each photograph with the
-//   gain
-//      of the others; then the tables anew. Tables of this step know |p| and |e| alone (withoutAngles), so
-//      that frames need not follow the fibres yet.
-//   3. The two clusters whose union costs least become one, as long as photographs that were left out are
-//      predicted nearly as well: every other photograph of each surfel takes no part in steps 1 and 2. Tables
-//      are fitted to those of half of the surfels, and judged by those of the other half.
+//   1. k-means over ring profiles of the surfels: mean tabulated value by distance of the half vector from
+//      the normal, up to a gain [Lloyd 1982; seeds: Arthur 2007].
+//   2. Reassignment of each surfel to the table that predicts its photographs best, each photograph with the
+//      gain of the others; then the tables anew. These tables know |p| and |e| alone (withoutAngles): the
+//      frames do not follow the fibres yet.
+//   3. Union of the two clusters for which it costs least, while photographs that were left out are predicted
+//      nearly as well: every other photograph of each surfel takes no part in steps 1 and 2. Tables are
+//      fitted to those of half of the surfels, and judged by those of the other half.
 //
 // Memberships are soft: m_k is proportional to E_k^-8, with E_k the error of table k at the surfel, less that
 // of the fourth table, so that tables enter and leave a mixture at weight 0.

@@ -24,16 +24,22 @@ Rgb positive(const Rgb& value) {
   return {std::max(0.f, value.r), std::max(0.f, value.g), std::max(0.f, value.b)};
 }
 
-// T of one table.
-Rgb lookUp(const TableGrid& grid, const Eigen::half* values, const TablePlace& place) {
-  const TableCorners corners = cornersOf(grid, place);
-  Rgb sum;
-  for (size_t c = 0; c < corners.index.size(); ++c) {
-    const Eigen::half* node = values + 3 * corners.index[c];
-    const Rgb value{static_cast<float>(node[0]), static_cast<float>(node[1]), static_cast<float>(node[2])};
-    sum = sum + corners.weight[c] * value;
+// T of the mixture. The corners of the cell are those of each table.
+Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const TablePlace& place) {
+  const TableCorners corners = cornersOf(tables.grid, place);
+  const size_t stride = size_t{3} * tables.grid.size();
+  Rgb mixed;
+  for (size_t m = 0; m < kMixedTables; ++m) {
+    const Eigen::half* values = tables.values.data() + mixture.table[m] * stride;
+    Rgb sum;
+    for (size_t c = 0; c < corners.index.size(); ++c) {
+      const Eigen::half* node = values + 3 * corners.index[c];
+      const Rgb value{static_cast<float>(node[0]), static_cast<float>(node[1]), static_cast<float>(node[2])};
+      sum = sum + corners.weight[c] * value;
+    }
+    mixed = mixed + mixture.weight[m] * sum;
   }
-  return sum;
+  return mixed;
 }
 
 } // namespace
@@ -94,13 +100,9 @@ void predictReflectance(const ReflectanceTables& tables, std::span<const TableMi
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance) {
   assert(mixtures.size() == reflectance.size() && gains.size() == reflectance.size());
   assert(towardsView.size() == reflectance.size() && towardsLight.size() == reflectance.size());
-  const size_t stride = size_t{3} * tables.grid.size();
   for (size_t q = 0; q < reflectance.size(); ++q) {
     const TablePlace place = placeOf(tables.grid, halfDifference(towardsView[q], towardsLight[q]));
-    Rgb mixed;
-    for (size_t m = 0; m < kMixedTables; ++m)
-      mixed = mixed + mixtures[q].weight[m] *
-                          lookUp(tables.grid, tables.values.data() + mixtures[q].table[m] * stride, place);
+    const Rgb mixed = lookUp(tables, mixtures[q], place);
     const float link = tableLink(towardsLight[q].z(), towardsView[q].z());
     reflectance[q] = gains[q] * (link * positive(mixed));
   }

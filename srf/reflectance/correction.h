@@ -1,0 +1,54 @@
+// Correction of a table's answer by photographs of the surfel itself: how far each photograph is from what
+// the table says of it, relative to how bright the table says it is.
+//
+//   L = t + s sum_i w_i (X_i - t_i) / s_i,   s = 0.05 white max(c, 0.15) + mean(t)
+//     = sum_i f_i X_i + b,                   f_i = s w_i / s_i,   b = t - sum_i f_i t_i
+//
+// Symbols: t reflectance of the query by its table, with gain; X_i photographs, t_i their reflectance by the
+// table, w_i their weights; s scale of the error to expect, with the mean of the channels of t, and c the
+// cosine of the light; s_i that of photograph i; white the reflectance of a white pixel. The weights are
+// those of simple kriging [Rasmussen 2006, Eq. 2.25]: their sum falls from 1 to 0 as the query gets further
+// from all photographs, and the answer from theirs to the table's.
+//
+// The answer is linear in the photographs, with factors in place of the weights, and a colour that is added.
+//
+// [Rasmussen 2006] Rasmussen, Williams: Gaussian Processes for Machine Learning.
+#pragma once
+
+#include "surfel/math/rgb.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+#include <span>
+
+namespace surflect::reflectance {
+
+// s
+inline float errorScale(const Rgb& predicted, float cosine, float white) {
+  constexpr float kDark = 0.05f, kLeastCosine = 0.15f;
+  return kDark * white * std::max(cosine, kLeastCosine) + (predicted.r + predicted.g + predicted.b) / 3;
+}
+
+// A reflectance by a table, not below 0, and the cosine of its light.
+struct PredictedReflectance {
+  Rgb value;
+  float cosine = 1;
+};
+
+// Replaces the weights w_i of photographs by the factors f_i, and returns b. Photographs and weights have one
+// entry each a photograph.
+inline Rgb applyCorrection(const PredictedReflectance& query,
+                           std::span<const PredictedReflectance> photographs, float white,
+                           std::span<float> weights) {
+  assert(weights.size() == photographs.size());
+  const float scale = errorScale(query.value, query.cosine, white);
+  Rgb sum;
+  for (size_t i = 0; i < weights.size(); ++i) {
+    weights[i] *= scale / errorScale(photographs[i].value, photographs[i].cosine, white);
+    sum = sum + weights[i] * photographs[i].value;
+  }
+  return query.value + -1.f * sum;
+}
+
+} // namespace surflect::reflectance
