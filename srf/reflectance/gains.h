@@ -3,9 +3,8 @@
 //   g = (sum_i w_i y_i t_i + b) / (sum_i w_i t_i^2 + b),   w_i = 1 / ((0.1 + t_i) (1 + y_i^2))
 //
 // Symbols: y_i reflectance in photograph i, t_i = k_i T(x_i) its prediction by the table; both in units of
-// the reflectance of a white pixel. Weighted least squares with the prior that g is 1, as strong as a
-// photograph in which w t^2 is 1 (ridge regression [Hoerl 1970]). Bright photographs are trusted less: errors
-// of a highlight's shape grow with its brightness.
+// the reflectance of a white pixel; b, kGainPrior, strength of the prior that g is 1 (ridge regression [Hoerl
+// 1970]). Bright photographs are trusted less: errors of a highlight's shape grow with its brightness.
 //
 // [Hoerl 1970] Hoerl, Kennard: Ridge Regression, Technometrics 12(1).
 #pragma once

@@ -104,8 +104,8 @@ struct TableMixture {
 };
 
 // Reflectance of queries by the tables: g k T, not below 0, with T the mixture at the surfel, k the link of
-// table_coordinates.h, and g the gain (gains.h). All spans have one entry a query. Costs about 16
-// kMixedTables reads and 150 + 130 kMixedTables operations a query, the same for every query.
+// table_coordinates.h, and g the gain (gains.h). All spans have one entry a query. Costs 16 kMixedTables
+// reads of three values a query; no query takes another branch than the others.
 void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
                         std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance);

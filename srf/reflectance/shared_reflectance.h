@@ -32,8 +32,7 @@ struct SharingOptions {
 struct SharedReflectance {
   ReflectanceTables tables;
   // Of each surfel:
-  std::vector<Angle>
-      fibres; // from the u of its frame towards v: the frame of its tables is turned by as much
+  std::vector<Angle> fibres; // the tables' frame is the given one, turned by this angle (turnedFrame)
   std::vector<TableMixture> mixtures;
   std::vector<Rgb> gains;
   std::vector<float> errors; // leftOutErrors of its photographs by mixture and gain, for tableShare

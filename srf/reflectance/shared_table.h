@@ -4,8 +4,8 @@
 //   w_i = m r_i / (white^2 + max(y_i)^2),   r_i = 1 / (1 + (2 (y_i - x_i) / (0.1 white + x_i))^2)
 //
 // Symbols: w_i weight of a photograph in the fit (table_fit.h), m membership of its surfel, y_i reflectance,
-// x_i its prediction in the round before; r_i, least over the channels, is Cauchy's weight [Holland 1977]: a
-// photograph with a reflection or flare that no other shows counts little. In the first round r_i is 1.
+// x_i its prediction in the round before; r_i Cauchy's weight [Holland 1977], the least of the channels: a
+// reflection or flare that only one photograph shows counts little. In the first round r_i is 1.
 //
 // [Holland 1977] Holland, Welsch: Robust regression using iteratively reweighted least-squares.
 #pragma once

@@ -11,7 +11,7 @@
 // that takes h to n by the shortest arc; e the same with its angle doubled. p and e lie in the unit disc.
 //
 // Reciprocity: exchanging light and viewer turns d into -d, and leaves p and e as they are, to the bit.
-// Half turn about n: it turns p into -p, and leaves e as it is.
+// Half turn: a half turn about n takes p to -p, and leaves e as it is.
 // Continuity: e is continuous at d' = 0, where phi is undefined. For opposite directions s is 0, and h
 // undefined: h is shortened where |s| < s0, so that p goes to 0. Below the horizon, h_n counts as 0.
 //

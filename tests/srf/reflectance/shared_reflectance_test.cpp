@@ -3,6 +3,7 @@
 #include "tests/srf/reflectance/planted.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <numbers>
 
@@ -70,6 +71,34 @@ TEST(SharedReflectance, PredictsNewPhotographsOfADiscOfTwoMaterials) {
   double left = 0;
   for (const float each : shared.errors) left += each / static_cast<double>(shared.errors.size());
   EXPECT_LT(left, 0.1);
+}
+
+TEST(SharedReflectance, IsTheSameForAnyNumberOfThreads) {
+  std::mt19937 random(2);
+  const Disc disc = randomDisc(80, 16, random);
+  const auto run = [&] {
+    return shareReflectance(disc.photographs.view(), disc.places, disc.frames,
+                            {.white = planted::kWhite, .grid = {{9, 9, 3, 3}}, .mostTables = 3});
+  };
+  const SharedReflectance many = run();
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const SharedReflectance again = run();
+  EXPECT_EQ(again.tables.values, many.tables.values);
+  EXPECT_EQ(again.gains, many.gains);
+  EXPECT_EQ(again.errors, many.errors);
+}
+
+TEST(SharedReflectance, OfSurfelsWithoutPhotographsIsBlack) {
+  std::mt19937 random(3);
+  const Disc disc = randomDisc(5, 0, random);
+  const SharedReflectance shared =
+      shareReflectance(disc.photographs.view(), disc.places, disc.frames, {.grid = {{5, 5, 3, 3}}});
+  EXPECT_EQ(shared.tables.count(), 1u);
+  EXPECT_EQ(shared.gains, std::vector<Rgb>(5, Rgb{1, 1, 1}));
+  const std::vector v(5, Direction3<SurfelSpace>(0, 0, 1));
+  std::vector<Rgb> got(5);
+  predictReflectance(shared.tables, shared.mixtures, shared.gains, v, v, got);
+  for (const Rgb& value : got) EXPECT_EQ(value, Rgb{});
 }
 
 } // namespace
