@@ -118,30 +118,24 @@ TEST_F(LfmFrameTest, AgreesWithTheReference) {
   }
 }
 
-// OpenGL places vertices within a 256th of a pixel, and corrections of random maps are steep within two
-// pixels of a small picture. In one of four times the size they are a quarter as steep: what is left is that
-// error alone.
+// OpenGL places edges of triangles, at which corrections change their slope, within a 256th of a pixel.
 TEST_F(LfmFrameTest, CodebooksAgreeWithTheReference) {
   for (const LightFieldMaps& maps : {codebookMaps(sphereMaps()), codebookMaps(scalarMaps(sphereMaps()))}) {
     FrameRenderer renderer = rendererOf(maps);
     const Reference reference(maps);
     EXPECT_TRUE(renderer.textures().hasSurfaceEdges() && renderer.textures().hasMeanEdges());
-    const auto worstAt = [&](int size) {
-      std::mt19937 random(7);
-      double worst = 1000;
-      for (int trial = 0; trial < 10; ++trial) {
-        const Camera camera = randomCamera(random, 80 * size, 60 * size);
-        const auto a = renderer.render(camera).color, b = reference.render(camera);
-        size_t many = 0; float most = 0;
-        for (size_t i = 0; i < a.values.size(); ++i) { const float d = std::abs(a.values[i] - b.values[i]); many += d > 1e-4f; most = std::max(most, d); }
-        printf("DBG size %d trial %d psnr %g many %zu most %g\n", size, trial, psnrOf(a, b), many, double(most));
-        worst = std::min(worst, psnrOf(a, b));
+    std::mt19937 random(7);
+    for (int trial = 0; trial < 10; ++trial) {
+      const Camera camera = randomCamera(random, 80, 60);
+      const image::Image expected = reference.render(camera), found = renderer.render(camera).color;
+      size_t different = 0, covered = 0;
+      for (size_t i = 0; i < found.values.size(); i += 4) {
+        covered += found.values[i + 3] > 0;
+        different += !(std::abs(found.values[i] - expected.values[i]) <= 1e-4f);
       }
-      return worst;
-    };
-    const double small = worstAt(1), large = worstAt(4);
-    printf("DBG %g %g\n", small, large);
-    EXPECT_GT(small, 60);
+      EXPECT_GT(covered, 900u);
+      EXPECT_LE(different, 10u);
+    }
   }
 }
 
