@@ -108,7 +108,7 @@ private:
     const auto psnr = [&](const FrameOptions& options) {
       return psnrOf(renderer_.render(camera, options).color, expected);
     };
-    const double fused = psnr({}), stages = psnr({.method = Method::twoStages});
+    const double fused = psnr({}), stages = psnr({.method = Stages::twoStages});
     for (const double db : {fused, stages})
       if (!(db >= kLeastDb)) throw Error::mismatch(fmt::format("{} dB", kLeastDb), fmt::format("{} dB", db));
     return {{"fused", fused}, {"two_stages", stages}, {"gouraud", psnr({.basis = Basis::gouraud})}};
@@ -147,7 +147,7 @@ private:
 
   // Least milliseconds of frames whose textures are there; all kinds take turns.
   Json frames(const Size& size) {
-    const FrameOptions stages{.method = Method::twoStages};
+    const FrameOptions stages{.method = Stages::twoStages};
     std::vector<std::pair<std::string, FrameOptions>> kinds{{"fused", {}}, {"two_stages", stages}};
     const auto add = [&](const char* name, const auto& change) {
       kinds.emplace_back(name, stages);
@@ -174,7 +174,7 @@ private:
   // after the optimisations of the basis stage. A stage's time is what a frame without it lacks.
   Json split(const Size& size) {
     const auto parts = [&](bool optimised) {
-      FrameOptions both{.method = Method::twoStages, .visitedTriangles = optimised};
+      FrameOptions both{.method = Stages::twoStages, .visitedTriangles = optimised};
       both.plan.scissor = optimised;
       FrameOptions regionOnly = both, basisOnly = both, neither = both;
       regionOnly.basisStage = basisOnly.regionStage = false;
@@ -217,7 +217,7 @@ private:
           double hits = 0, misses = 0, bytes = 0, seconds = 0;
           for (int frame = 0; frame < kWarm + arguments_.frames; ++frame) {
             const FrameStats stats =
-                renderer.render(view(size, frame, step), {.method = Method::twoStages}).stats;
+                renderer.render(view(size, frame, step), {.method = Stages::twoStages}).stats;
             if (frame < kWarm) continue;
             hits += static_cast<double>(stats.textures.hits) / arguments_.frames;
             misses += static_cast<double>(stats.textures.misses) / arguments_.frames;
