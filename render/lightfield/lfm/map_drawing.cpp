@@ -312,8 +312,8 @@ void MapDrawing::setMaps(gl::Program& program) const {
   program.set("surfaceValue", valueOf(surfaceCoding_, isSigned_));
   program.set("viewValue", valueOf(viewCoding_, isSigned_));
   program.set("meanWhite", meanWhite_);
-  program.set("hasSurfaceEdges", textures_.hasSurfaceEdges() ? 1 : 0);
-  program.set("hasMeanEdges", textures_.hasMeanEdges() ? 1 : 0);
+  program.set("surfaceEdgeCorners", textures_.hasSurfaceEdges() ? 3 : 0);
+  program.set("meanEdgeCorners", textures_.hasMeanEdges() ? 3 : 0);
   program.set("surfaceEdgeUnit", isSigned_ ? 1.f : kUnsignedEdge);
   program.set("meanEdgeUnit", kUnsignedEdge);
   program.set("termCount", static_cast<int>(terms_));

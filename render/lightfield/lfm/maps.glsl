@@ -14,7 +14,9 @@ uniform float viewSize;        // cells along a side of a view map
 uniform bool isPacked;         // one surface map for all three corners
 uniform vec2 surfaceValue, viewValue; // value = max(x texel + y, -1)
 uniform float meanWhite;
-uniform bool hasSurfaceEdges, hasMeanEdges; // whether maps are corrected on edges
+// Corners with corrections on their edges: 3, or 0 of maps that agree there. Mesa leaves a loop over none at once, but
+// evaluates both sides of a branch.
+uniform int surfaceEdgeCorners, meanEdgeCorners;
 uniform float surfaceEdgeUnit, meanEdgeUnit; // value of a correction of 1
 uniform int termCount;         // of the model: texels of a triangle in `places`
 uniform bool withMean;
@@ -100,7 +102,7 @@ vec4 meanCorrection(vec3 hats) {
   vec4 sum = vec4(0.0);
   float weights = 0.0;
   vec3 fades = fade(hats);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < meanEdgeCorners; ++i) {
     int next = (i + 1) % 3, row = 3 * triangle + i;
     if (hats[i] >= 1.0) return meanEdgeUnit * edgeAt(meanEdges, row, 0.0);
     float weight = hats[i] * hats[next], faded = weight * fades[(i + 2) % 3];
@@ -142,9 +144,7 @@ vec4 rootSum() {
   vec4 sum = vec4(0.0);
   vec3 hats = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics), inside = max(hats, 0.0);
   if (withMean) {
-    sum = patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0));
-    if (hasMeanEdges) sum += meanCorrection(inside);
-    sum *= meanWhite;
+    sum = meanWhite * (patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0)) + meanCorrection(inside));
   }
   for (int k = firstTerm; k < endTerm; ++k) {
     int n = first + 1 + k * texelsOfTerm;
@@ -157,8 +157,7 @@ vec4 rootSum() {
                      cornerAt(placeAt(n + 2), blend, 2));
       n += 3;
     }
-    if (hasSurfaceEdges)
-      for (int corner = 0; corner < 3; ++corner) surface[corner] += surfaceCorrection(inside, k, corner);
+    for (int corner = 0; corner < surfaceEdgeCorners; ++corner) surface[corner] += surfaceCorrection(inside, k, corner);
     surface *= hats;
     for (int corner = 0; corner < 3; ++corner) sum += surface[corner] * viewAt(placeAt(n + corner), views[corner]);
   }
