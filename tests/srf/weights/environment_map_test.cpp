@@ -131,7 +131,8 @@ TEST(Environment, SolidAnglesIntegratePolynomials) {
         const double squared =
             integral(map.texels, [&](const Vec3<double>& d) { return std::pow(d.dot(a), 2); });
         error = std::abs(squared - 4 * kPi / 3);
-        const double bound = mapping == EnvironmentMapping::mirrorBall ? 5. / height : 10. / (height * height);
+        const double bound =
+            mapping == EnvironmentMapping::mirrorBall ? 5. / height : 10. / (height * height);
         EXPECT_LT(error, bound) << height;
         EXPECT_NEAR(integral(map.texels, [&](const Vec3<double>& d) { return d.dot(a); }), 0, bound);
       }
