@@ -166,7 +166,9 @@ void requireWithinLimits(const TextureShape& shape) {
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
   glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
   if (shape.width > side || shape.height > side)
-    throw Error::mismatch("at most " + std::to_string(side) + " each way, the limit of this OpenGL",
+    throw Error::mismatch("at most " + std::to_string(side) +
+                              " each way, the limit of this OpenGL; "
+                              "a smaller picture or fewer samples for each pixel (--samples 1) may fit",
                           "a picture of " + sizeText(shape.width, shape.height) + " texels")
         .in("OpenGL");
   if (shape.layers > layers)

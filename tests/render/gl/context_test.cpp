@@ -38,7 +38,9 @@ TEST_F(ContextTest, TooLargeATextureIsAnError) {
               Texture({Format::rgba8, tooLarge, 1});
             }),
             "OpenGL: found a picture of " + std::to_string(tooLarge) + " x 1 texels, expected at most " +
-                std::to_string(tooLarge - 1) + " each way, the limit of this OpenGL");
+                std::to_string(tooLarge - 1) +
+                " each way, the limit of this OpenGL; a smaller picture or fewer samples for each pixel "
+                "(--samples 1) may fit");
 }
 
 TEST_F(ContextTest, TheStopwatchWaitsForTheWork) {
