@@ -51,11 +51,13 @@ const method::Method* methodOfLightField(const std::string& path) {
 
 // Throws UsageError unless a finished light field, `made`, is compressed by its method and nothing else.
 void requireCompressible(const PackArguments& arguments, const method::Method& made) {
-  if (made.compressOptions.empty() || (arguments.method && *arguments.method != made.tag))
+  if (made.compressOptions.empty())
+    throw UsageError(Error(fmt::format("is a finished {}, which cannot be compressed", made.tag))
+                         .in(arguments.capture.path));
+  if (arguments.method && *arguments.method != made.tag)
     throw UsageError(
-        Error(fmt::format("is a finished {}: only lfm and olfm are compressed again, each by its own method",
-                          made.tag))
-            .in(arguments.capture.path));
+        Error::mismatch(fmt::format("{}, as {} is", made.tag, arguments.capture.path), *arguments.method)
+            .at("--method"));
   for (const method::Option& option : made.buildOptions)
     if (arguments.options.isGiven(option.name) &&
         std::ranges::find(made.compressOptions, option.name) == made.compressOptions.end())

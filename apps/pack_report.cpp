@@ -86,9 +86,8 @@ void announceFits(std::vector<proxy::Impostor::Fit> fits) {
         "mattes are wrong",
         median, kHullFits));
   announceEach(inOrder);
-  say("a hull fills hollows, which outlines do not show, so that details slide there; a mesh of "
-      "photogrammetry, "
-      "such as COLMAP's, is better: --mesh");
+  say("a hull fills hollows, which outlines do not show, so that details slide there; "
+      "a mesh of photogrammetry, such as COLMAP's, is better: --mesh");
   if (!leftOut.empty()) say("mattes left out, for they cut away what others show:" + leftOut);
 }
 
@@ -175,7 +174,7 @@ Json jsonOf(const model::PackReport& report) {
 
 std::string sparseSurfels(size_t surfels, double pixelsBetween) {
   constexpr double kEnough = 0.75, kTwoAcross = 0.5; // pixels
-  constexpr double kMostGiven = 1e8;                 // by --surfels
+  constexpr double kMost{model::kMostSurfels};
   if (!std::isfinite(pixelsBetween) || pixelsBetween <= kEnough) return "";
   const double ratio = pixelsBetween / kTwoAcross,
                wanted = std::ceil(1e-4 * static_cast<double>(surfels) * ratio * ratio) * 1e4;
@@ -183,8 +182,8 @@ std::string sparseSurfels(size_t surfels, double pixelsBetween) {
       "warning: surfels are {:.1f} pixels of the photographs apart, so that finer details blur; two "
       "across a pixel are {:.0f}, which take {:.1f} GB of memory to sample{}",
       pixelsBetween, wanted, 1e-9 * wanted * model::kBytesPerSurfel,
-      wanted <= kMostGiven ? fmt::format(": --surfels {:.0f}", wanted)
-                           : std::string("; more than --surfels may be"));
+      wanted <= kMost ? fmt::format(": --surfels {:.0f}", wanted)
+                      : fmt::format("; --surfels allows {:.0f} at most", kMost));
 }
 
 void announceEstimate(const model::PackEstimate& estimate) {

@@ -46,8 +46,8 @@ double boxDifference(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b)
          b.diagonal().norm();
 }
 
-// Degrees about x, of 90 (from y up to z up) and -90, by which the rest mesh is to be turned to lie around
-// the points, if it does not as it is. Both, if their middle tells neither from the other.
+// Turns about x, of 90 (y up to z up) or -90 degrees, that bring the rest mesh around the points; none if it
+// lies there already, both if its box cannot tell them apart.
 std::vector<int> turnsOf(const warp::MeshField& rest, const std::vector<Vec3<double>>& points) {
   constexpr double kDiffers = 0.1, kAgrees = 1 / 3.; // of the object's diagonal; of the difference as it is
   Eigen::AlignedBox3d object;
@@ -66,13 +66,13 @@ std::vector<int> turnsOf(const warp::MeshField& rest, const std::vector<Vec3<dou
   return turns;
 }
 
-// What to do about a rest mesh that is to be turned.
+// Advice for a rest mesh that fits only after one of these turns about x, degrees.
 std::string turningOf(const std::vector<int>& turns) {
   const std::string text = "its rest mesh fits the model only if it is turned by ";
   if (turns.size() == 2)
     return text +
-           "90 or -90 degrees about x, as y up and z up differ: export it so, or put a rigid warp with "
-           "axis = [1, 0, 0] before it, and its inverse after it";
+           "90 or -90 degrees about x (y up against z up): export it so, or put a rigid warp with axis = "
+           "[1, 0, 0] and angle_deg = -90 (or 90) before it, and one with the opposite angle after it";
   return text +
          fmt::format(
              "{} degrees about x, from {}: export it so, or put a rigid warp with axis = [1, 0, 0] and "

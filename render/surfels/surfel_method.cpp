@@ -126,7 +126,7 @@ const method::Rows<model::PackOptions>& packRows() {
                               {.domain = method::Range{0, 1}, .help = "relative error of every block"}),
       row<model::PackOptions>(
           "surfels", [](auto& o) -> auto& { return o.surfels; },
-          {.domain = wholeRange(1, 100'000'000),
+          {.domain = wholeRange(1, model::kMostSurfels),
            .help = "how many, about; default: two across a pixel, up to 4 million or half of memory"}),
       row<model::PackOptions>("opaque", [](auto& o) -> auto& { return o.opaque; },
                               {.help = "take alpha as a mask, even if many pixels are translucent"}),

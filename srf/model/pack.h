@@ -37,6 +37,9 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
 // Memory that sampling takes for a surfel, measured with the vase of examples/.
 inline constexpr double kBytesPerSurfel = 2100;
 
+// Largest number of surfels that can be asked for.
+inline constexpr size_t kMostSurfels = 100'000'000;
+
 struct PackOptions {
   proxy::ImpostorOptions impostor;
   double tolerance = 0.02;       // error tolerance of every block; see blockErrorBound

@@ -43,11 +43,12 @@ struct Impostor {
   TriangleMesh mesh;
   Origin origin = Origin::given;
   std::vector<Fit> fits = {}; // for a hull, per view with a matte
-  // For people: what was mended of a file (mesh_mending.h), and meshes that were not used.
+  // Notes for the user: what was mended of a file (mesh_mending.h), and meshes that were not used.
   std::vector<std::string> notes = {};
 };
 
-// Note for people on OBJ and PLY files beside a capture that names no geometry; nothing without any.
+// Note for the user that OBJ or PLY files lie beside a capture that names no geometry; nullopt if there are
+// none.
 std::optional<std::string> noteOnUnusedMeshes(const capture::Capture& capture);
 
 // Name in reports: mesh, hull, plane or relief.

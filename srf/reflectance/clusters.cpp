@@ -58,7 +58,7 @@ std::vector<RingProfile> seedsOf(std::span<const RingProfile> profiles, size_t k
   return seeds;
 }
 
-// Every other photograph of each surfel, the first or the second of two.
+// Photographs number which, which + 2, .. of each surfel; which is 0 or 1.
 PhotographArrays everyOther(const Photographs& photographs, size_t which) {
   PhotographArrays some;
   for (size_t s = 0; s < photographs.surfels(); ++s) {
@@ -118,12 +118,13 @@ public:
   }
 
 private:
-  double errorOf(std::span<const uint32_t> judged, std::span<const uint32_t> told) const {
+  double errorOf(std::span<const uint32_t> test, std::span<const uint32_t> training) const {
     constexpr double kUnseen = 1e-3;
-    const PhotographArrays ofJudged = subsetOf(photographs_, judged), ofTold = subsetOf(photographs_, told);
-    const Photographs given = ofJudged.view();
-    const std::vector<Rgb> nodes =
-        IsotropicTables(ofTold.view(), options_, progress_).fitted(std::vector<float>(told.size(), 1.f));
+    const PhotographArrays ofTest = subsetOf(photographs_, test),
+                           ofTraining = subsetOf(photographs_, training);
+    const Photographs given = ofTest.view();
+    const std::vector<Rgb> nodes = IsotropicTables(ofTraining.view(), options_, progress_)
+                                       .fitted(std::vector<float>(training.size(), 1.f));
     const std::vector<float> errors = IsotropicTables(given, options_, progress_).errors(nodes);
     double sum = 0;
     for (size_t s = 0; s < errors.size(); ++s)
@@ -139,15 +140,11 @@ private:
 std::vector<std::vector<Rgb>> tablesOf(const IsotropicTables& tables, std::span<const uint32_t> cluster,
                                        size_t count) {
   std::vector<std::vector<Rgb>> all;
-  for (uint32_t c = 0; c < count; ++c) {
-    std::vector<float> membership;
-    for (const uint32_t of : cluster) membership.push_back(of == c ? 1.f : 0.f);
-    all.push_back(tables.fitted(membership));
-  }
+  for (uint32_t c = 0; c < count; ++c) all.push_back(tables.fitted(membershipIn(cluster, c)));
   return all;
 }
 
-// Each surfel's errors by all tables, a surfel after another.
+// Errors of surfels by tables, [surfel][table].
 std::vector<float> errorsOf(const IsotropicTables& tables, std::span<const std::vector<Rgb>> nodes,
                             size_t surfels) {
   std::vector<float> errors(surfels * nodes.size());
@@ -167,19 +164,24 @@ std::vector<uint32_t> leastOf(std::span<const float> errors, size_t count) {
   return least;
 }
 
+// Clusters that have surfels, in rising order.
+std::vector<uint32_t> numbersOf(std::vector<uint32_t> cluster) {
+  std::ranges::sort(cluster);
+  cluster.erase(std::unique(cluster.begin(), cluster.end()), cluster.end());
+  return cluster;
+}
+
 // Renumbers clusters 0, 1, ... without gaps; returns their number.
 size_t renumber(std::vector<uint32_t>& cluster) {
-  std::vector<uint32_t> numbers = cluster;
-  std::ranges::sort(numbers);
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  const std::vector<uint32_t> numbers = numbersOf(cluster);
   for (uint32_t& c : cluster)
     c = static_cast<uint32_t>(std::ranges::lower_bound(numbers, c) - numbers.begin());
   return numbers.size();
 }
 
 // Merges the two clusters whose union costs least, as a part of the error of the two, while that is at most
-// `worse`.
-void merge(const CrossErrors& errors, std::vector<uint32_t>& cluster, double worse) {
+// `tolerance`.
+void merge(const CrossErrors& errors, std::vector<uint32_t>& cluster, double tolerance) {
   const size_t count = renumber(cluster);
   std::vector<double> alone(count);
   for (uint32_t c = 0; c < count; ++c) alone[c] = errors.of(cluster, {c});
@@ -193,22 +195,20 @@ void merge(const CrossErrors& errors, std::vector<uint32_t>& cluster, double wor
   };
   for (uint32_t a = 0; a < count; ++a)
     for (uint32_t b = a + 1; b < count; ++b) addUnion(a, b);
-  const auto costOf = [&](const Union& each) {
-    return each.error / (alone[each.first] + alone[each.second]) - 1;
+  const auto costOf = [&](const Union& each) { // 0 where no photograph is left to tell them apart
+    const double apart = alone[each.first] + alone[each.second];
+    return apart > 0 ? each.error / apart - 1 : 0;
   };
   while (!unions.empty()) {
     const Union best = *std::ranges::min_element(unions, {}, costOf);
-    if (costOf(best) > worse) return;
+    if (costOf(best) > tolerance) return;
     std::ranges::replace(cluster, best.second, best.first);
     alone[best.first] = best.error;
     std::erase_if(unions, [&](const Union& each) {
       return each.first == best.first || each.second == best.first || each.first == best.second ||
              each.second == best.second;
     });
-    std::vector<uint32_t> others = cluster;
-    std::ranges::sort(others);
-    others.erase(std::unique(others.begin(), others.end()), others.end());
-    for (const uint32_t other : others)
+    for (const uint32_t other : numbersOf(cluster))
       if (other != best.first) addUnion(best.first, other);
   }
 }
@@ -238,6 +238,12 @@ std::array<std::optional<std::array<float, 3>>, kRings> ringsOf(const Photograph
 }
 
 } // namespace
+
+std::vector<float> membershipIn(std::span<const uint32_t> cluster, uint32_t which) {
+  std::vector<float> membership;
+  for (const uint32_t of : cluster) membership.push_back(of == which ? 1.f : 0.f);
+  return membership;
+}
 
 std::vector<RingProfile> ringProfiles(const Photographs& photographs, float white) {
   std::vector<decltype(ringsOf(photographs, 0, white))> all;
@@ -302,13 +308,13 @@ Clusters findClusters(const Photographs& photographs, const ClusterOptions& opti
   const PhotographArrays seen = everyOther(few, 0), kept = everyOther(few, 1);
   const Photographs ofSeen = seen.view(), ofKept = kept.view();
   const IsotropicTables tables(ofSeen, options, progress);
-  std::vector<uint32_t> cluster = kMeans(ringProfiles(ofSeen, options.white), options.most);
+  std::vector<uint32_t> cluster = kMeans(ringProfiles(ofSeen, options.white), options.mostClusters);
   const auto reassign = [&] {
     const size_t count = renumber(cluster);
     cluster = leastOf(errorsOf(tables, tablesOf(tables, cluster, count), few.surfels()), count);
   };
   for (int round = 0; round < kReassignments; ++round) reassign();
-  merge({ofKept, options, progress}, cluster, options.worse);
+  merge({ofKept, options, progress}, cluster, options.mergeTolerance);
   for (int round = 0; round < kReassignments; ++round) reassign();
   const size_t count = renumber(cluster);
   const IsotropicTables whole(photographs, options, progress);
@@ -350,7 +356,7 @@ TableMixture mixtureOf(std::span<const float> errors) {
   };
   TableMixture mixture;
   double sum = 0;
-  const double last = std::min(score(kMixedTables), 1 - kLeast); // four equal ones: the first answer
+  const double last = std::min(score(kMixedTables), 1 - kLeast); // four equal errors: a third each, not 0 / 0
   for (size_t rank = 0; rank < kMixedTables; ++rank) sum += std::max(0.0, score(rank) - last);
   for (size_t rank = 0; rank < kMixedTables; ++rank) {
     mixture.table[rank] = rank < order.size() ? order[rank] : order[0];

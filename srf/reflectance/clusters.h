@@ -6,12 +6,12 @@
 //   2. Reassignment of each surfel to the table that predicts its photographs best, each photograph with the
 //      gain of the others; then the tables anew. These tables know |p| and |e| alone (withoutAngles): the
 //      frames do not follow the fibres yet.
-//   3. Union of the two clusters for which it costs least, while photographs that were left out are predicted
-//      nearly as well: every other photograph of each surfel takes no part in steps 1 and 2. Tables are
-//      fitted to those of half of the surfels, and judged by those of the other half.
+//   3. Merging: the two clusters whose union costs least become one, while photographs that were left out
+//      are predicted nearly as well. Every other photograph of each surfel is left out of steps 1 and 2; a
+//      table that is fitted to those of half of a cluster's surfels predicts those of the other half.
 //
-// Memberships are soft: m_k is proportional to E_k^-8, with E_k the error of table k at the surfel, less that
-// of the fourth table, so that tables enter and leave a mixture at weight 0.
+// Memberships are soft: m_k is proportional to E_k^-8 - E_(4)^-8, with E_k the error of table k at the surfel
+// and E_(4) the fourth smallest error, so that a table enters and leaves a mixture at weight 0.
 //
 // [Lloyd 1982] Lloyd: Least squares quantization in PCM, IEEE Trans. Inf. Theory 28(2).
 // [Arthur 2007] Arthur, Vassilvitskii: k-means++: The Advantages of Careful Seeding, SODA.
@@ -39,13 +39,16 @@ using RingProfile = std::array<float, 3 * (kRingEdges.size() + 1)>; // ring by r
 // Profiles of all surfels; 0 in rings without a photograph.
 std::vector<RingProfile> ringProfiles(const Photographs& photographs, float white);
 
+// Membership of each surfel in one cluster: 1 for its members, 0 for others.
+std::vector<float> membershipIn(std::span<const uint32_t> cluster, uint32_t which);
+
 // Cluster of each profile, 0..k-1, by k-means; the same for the same profiles.
 std::vector<uint32_t> kMeans(std::span<const RingProfile> profiles, size_t k);
 
 struct ClusterOptions {
   float white = 1;              // reflectance of a white pixel, > 0
-  size_t most = 8;              // clusters before merging
-  double worse = 0.1;           // error that a union may add, as a part of its parts' error: 0.4 dB
+  size_t mostClusters = 8;      // before merging
+  double mergeTolerance = 0.1;  // error that a union may add, as a part of its parts' error: 0.4 dB
   size_t photographs = 100'000; // about as many are looked at; surfels are left out evenly
 };
 
@@ -55,7 +58,7 @@ struct Clusters {
   std::vector<float> errors; // leftOutErrors of each surfel by each cluster's table: `count` a surfel
 };
 
-// Throws Cancelled.
+// Finds the clusters of surfels; one if nothing tells them apart. Throws Cancelled.
 Clusters findClusters(const Photographs& photographs, const ClusterOptions& options,
                       const Progress& progress = {});
 
@@ -68,9 +71,9 @@ std::vector<float> smoothedErrors(std::span<const Point3<AcquisitionSpace>> plac
 // Mixture of tables at a surfel, from the error of each (at least one).
 TableMixture mixtureOf(std::span<const float> errors);
 
-// How much of an answer is the table's, 0..1, where it predicts a surfel's photographs with one error, and
-// other photographs of the surfel alone predict them with another: 1 while the table is clearly better, 0
-// where it is not.
+// Share of the table in an answer, 0..1, from its error at a surfel and the error of predictions by the
+// surfel's other photographs: 1 where the table is clearly better, 0 where it is not better. Both are errors
+// of two photographs or more; where photographs predict one another exactly, the share is 0.
 float tableShare(float tableError, float photographsError);
 
 } // namespace surflect::reflectance

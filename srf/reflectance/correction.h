@@ -1,5 +1,5 @@
-// Correction of a table's answer by photographs of the surfel itself: how far each photograph is from what
-// the table says of it, relative to how bright the table says it is.
+// Correction of a table's answer by the surfel's own photographs: the weighted sum of their relative
+// residuals, measured minus tabulated.
 //
 //   L = t + s sum_i w_i (X_i - t_i) / s_i,   s = 0.05 white max(c, 0.15) + mean(t)
 //     = sum_i f_i X_i + b,                   f_i = s w_i / s_i,   b = t - sum_i f_i t_i
@@ -7,10 +7,10 @@
 // Symbols: t reflectance of the query by its table, with gain; X_i photographs, t_i their reflectance by the
 // table, w_i their weights; s scale of the error to expect, with the mean of the channels of t, and c the
 // cosine of the light; s_i that of photograph i; white the reflectance of a white pixel. The weights are
-// those of simple kriging [Rasmussen 2006, Eq. 2.25]: their sum falls from 1 to 0 as the query gets further
-// from all photographs, and the answer from theirs to the table's.
+// those of simple kriging [Rasmussen 2006, Eq. 2.25]: their sum falls from 1 to 0 with the distance from all
+// photographs, so that far away the table answers alone.
 //
-// The answer is linear in the photographs, with factors in place of the weights, and a colour that is added.
+// The answer is linear in the photographs: factors f_i replace the weights w_i, and a colour b is added.
 //
 // [Rasmussen 2006] Rasmussen, Williams: Gaussian Processes for Machine Learning.
 #pragma once
@@ -24,10 +24,10 @@
 
 namespace surflect::reflectance {
 
-// s
+// Scale s of the error to expect.
 inline float errorScale(const Rgb& predicted, float cosine, float white) {
-  constexpr float kDark = 0.05f, kLeastCosine = 0.15f;
-  return kDark * white * std::max(cosine, kLeastCosine) + (predicted.r + predicted.g + predicted.b) / 3;
+  constexpr float kDark = 0.05f, kLeastLightCosine = 0.15f;
+  return kDark * white * std::max(cosine, kLeastLightCosine) + (predicted.r + predicted.g + predicted.b) / 3;
 }
 
 // A reflectance by a table, not below 0, and the cosine of its light.

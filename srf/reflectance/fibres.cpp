@@ -149,8 +149,8 @@ std::vector<Fibre> refinedFibres(const TableGrid& grid, const Photographs& photo
         for (const uint32_t s : surfelsOf[patch])
           for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i) {
             const Rgb value = lookUpNodes(grid, table.nodes, placeOf(grid, turned(directions[i], turn)));
-            errors[t] += shownError(photographs.links[i] * table.gains[s] * value, photographs.reflectance[i],
-                                    options.white);
+            errors[t] += logError(photographs.links[i] * table.gains[s] * value, photographs.reflectance[i],
+                                  options.white);
           }
       }
       double mean = 0;

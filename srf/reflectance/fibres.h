@@ -4,16 +4,16 @@
 // long across the fibres. The first guess for a patch of surfels is the minor axis of the highlight's second
 // moments,
 //
-//   q = <p_u^2 - p_v^2, 2 p_u p_v>_(w z) - <the same>_w,   fibre at an angle of atan2(q_2, q_1) / 2 + 90
-//   degrees w = exp(-|p|^2 / 0.08)
+//   q = <p_u^2 - p_v^2, 2 p_u p_v>_(w z) - <p_u^2 - p_v^2, 2 p_u p_v>_w,   w = exp(-|p|^2 / 0.08)
+//   angle of the fibre = atan2(q_2, q_1) / 2 + pi / 2
 //
 // then a table is fitted to the photographs of all patches, and each patch takes the angle at which the table
 // predicts its photographs best; these two steps are repeated. Directions of surfels are the average of those
 // of near patches as lines: of their doubled angles [Mardia 1972, §1.5], each carried along the shortest arc.
 //
 // Symbols: z tabulated value that a photograph shows, in units of a white pixel and at most 2; <.>_w mean
-// with weights w over the photographs of a patch. The second mean takes away what the choice of directions
-// adds.
+// with weights w over the photographs of a patch. The second mean removes the anisotropy of the photographed
+// directions themselves.
 //
 // [Mardia 1972] Mardia: Statistics of Directional Data.
 #pragma once
@@ -51,17 +51,16 @@ struct Patches {
 Patches patchesOf(std::span<const Point3<AcquisitionSpace>> places, size_t count);
 
 struct Fibre {
-  Angle angle; // in the frame of the patch
-  float strength =
-      0; // 0: the photographs do not depend on the angle, 1: at other angles they are not explained
+  Angle angle;        // in the frame of the patch
+  float strength = 0; // 0: errors do not depend on the angle; 1: other angles predict nothing
 };
 
 // Fibres of patches by second moments; their strength is |q| over the mean of |p|^2.
 std::vector<Fibre> highlightFibres(const Photographs& photographs, std::span<const SurfelFrame> frames,
                                    const Patches& patches, float white);
 
-// The same, refined against the table that fits them all. Strength: 1 - least error / mean error over all
-// angles. `options` are those of the table. Throws Cancelled.
+// Fibres refined in turn with one table that is fitted to all patches. Strength: 1 - least error / mean error
+// over all angles. `options` are those of the table. Throws Cancelled.
 std::vector<Fibre> refinedFibres(const TableGrid& grid, const Photographs& photographs,
                                  std::span<const SurfelFrame> frames, const Patches& patches,
                                  std::vector<Fibre> fibres, const FitOptions& options, size_t rounds = 3,

@@ -72,7 +72,7 @@ std::vector<Rgb> gainsOf(const Photographs& photographs, std::span<const Rgb> pr
   return gains;
 }
 
-float shownError(const Rgb& predicted, const Rgb& measured, float white) {
+float logError(const Rgb& predicted, const Rgb& measured, float white) {
   constexpr double kDark = 0.03;
   const std::array<double, 3> x = arrayOf(predicted, white), y = arrayOf(measured, white);
   double sum = 0;
@@ -93,7 +93,7 @@ std::vector<float> leftOutErrors(const Photographs& photographs, std::span<const
     double sum = 0;
     for (size_t i = begin; i < end; ++i) {
       const Rgb& measured = photographs.reflectance[i];
-      sum += shownError(sums.gainWithout(measured, predicted[i]) * predicted[i], measured, white);
+      sum += logError(sums.gainWithout(measured, predicted[i]) * predicted[i], measured, white);
     }
     errors[surfel] = end > begin ? static_cast<float>(sum / static_cast<double>(end - begin)) : 0;
   });

@@ -18,7 +18,7 @@
 
 namespace surflect::reflectance {
 
-// Sums of one surfel.
+// Sums over a surfel's photographs that give its gain.
 class GainSums {
 public:
   explicit GainSums(float white) : white_(white) {} // reflectance of a white pixel, > 0
@@ -46,11 +46,12 @@ inline constexpr float kLeastGain = 0.02f, kGreatestGain = 20;
 // Gains of all surfels. predicted: t_i (#photographs). Photographs may be few or none.
 std::vector<Rgb> gainsOf(const Photographs& photographs, std::span<const Rgb> predicted, float white);
 
-// Error of a prediction x of reflectance y, both positive, in the manner of the eye: the sum over channels of
-//   (log(0.03 + x) - log(0.03 + y))^2,   in units of a white pixel.
-float shownError(const Rgb& predicted, const Rgb& measured, float white);
+// Squared difference of logarithms between prediction x and reflectance y, summed over channels; values below
+// 0 count as 0:
+//   (log(0.03 + x) - log(0.03 + y))^2,   in units of a white pixel
+float logError(const Rgb& predicted, const Rgb& measured, float white);
 
-// Mean shownError over the photographs of each surfel (#surfels), each predicted with the gain of the others;
+// Mean logError over the photographs of each surfel (#surfels), each predicted with the gain of the others;
 // 0 for surfels without photographs. `predicted` as in gainsOf.
 std::vector<float> leftOutErrors(const Photographs& photographs, std::span<const Rgb> predicted, float white);
 

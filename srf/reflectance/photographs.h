@@ -12,8 +12,8 @@
 
 namespace surflect::reflectance {
 
-// Structure of arrays. The photographs of surfel s are [first[s], first[s + 1]) of the other spans. Only
-// those in which the surfel is seen and lit: neither hidden from the camera nor in shadow, both cosines > 0.
+// Structure of arrays. The photographs of surfel s are [first[s], first[s + 1]) of the other spans.
+// They are only those in which the surfel is seen and lit: neither hidden nor in shadow, both cosines > 0.
 struct Photographs {
   std::span<const uint32_t> first;              // #surfels + 1
   std::span<const HalfDifference<>> directions; // in the surfel's frame
@@ -41,7 +41,7 @@ struct PhotographArrays {
   Photographs view() const { return {first, directions, links, reflectance}; }
 };
 
-// Those of the given surfels.
+// Returns the photographs of the given surfels, surfel after surfel.
 inline PhotographArrays subsetOf(const Photographs& photographs, std::span<const uint32_t> surfels) {
   PhotographArrays subset;
   for (const uint32_t surfel : surfels) {

@@ -20,10 +20,6 @@ Division divide(float coordinate, uint32_t nodes) {
   return {cell, at - static_cast<float>(cell)};
 }
 
-Rgb positive(const Rgb& value) {
-  return {std::max(0.f, value.r), std::max(0.f, value.g), std::max(0.f, value.b)};
-}
-
 // T of the mixture. The corners of the cell are those of each table.
 Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const TablePlace& place) {
   const TableCorners corners = cornersOf(tables.grid, place);
@@ -37,7 +33,7 @@ Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const T
       const Rgb value{static_cast<float>(node[0]), static_cast<float>(node[1]), static_cast<float>(node[2])};
       sum = sum + corners.weight[c] * value;
     }
-    mixed = mixed + mixture.weight[m] * sum;
+    mixed = mixed + mixture.weight[m] * positive(sum);
   }
   return mixed;
 }
@@ -45,7 +41,7 @@ Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const T
 } // namespace
 
 TablePlace placeOf(const TableGrid& grid, const HalfDifference<>& at) {
-  // Of p and -p, the one in the half plane of positive u.
+  // The mirror image with positive u is looked up.
   const bool isMirrored = at.halfU < 0 || (at.halfU == 0 && at.halfV < 0);
   const float sign = isMirrored ? -1.f : 1.f;
   const Division u = divide(stretchedHalf(sign * at.halfU), grid.nodes[0]);
@@ -104,7 +100,7 @@ void predictReflectance(const ReflectanceTables& tables, std::span<const TableMi
     const TablePlace place = placeOf(tables.grid, halfDifference(towardsView[q], towardsLight[q]));
     const Rgb mixed = lookUp(tables, mixtures[q], place);
     const float link = tableLink(towardsLight[q].z(), towardsView[q].z());
-    reflectance[q] = gains[q] * (link * positive(mixed));
+    reflectance[q] = gains[q] * (link * mixed);
   }
 }
 

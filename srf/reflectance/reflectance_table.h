@@ -79,10 +79,14 @@ inline TableCorners cornersOf(const TableGrid& grid, const TablePlace& place) {
   return corners;
 }
 
+inline Rgb positive(const Rgb& value) {
+  return {std::max(0.f, value.r), std::max(0.f, value.g), std::max(0.f, value.b)};
+}
+
 // T in full precision, from the values of all stored nodes (#grid.size()).
 Rgb lookUpNodes(const TableGrid& grid, std::span<const Rgb> nodes, const TablePlace& place);
 
-// The same from the definition, in double precision: the reference of placeOf, cornersOf and lookUpNodes.
+// Reference of placeOf, cornersOf and lookUpNodes: the definition, in double precision.
 std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb> nodes,
                                       const HalfDifference<double>& at);
 
@@ -103,9 +107,9 @@ struct TableMixture {
   std::array<float, kMixedTables> weight{1};
 };
 
-// Reflectance of queries by the tables: g k T, not below 0, with T the mixture at the surfel, k the link of
-// table_coordinates.h, and g the gain (gains.h). All spans have one entry a query. Costs 16 kMixedTables
-// reads of three values a query; no query takes another branch than the others.
+// Reflectance of queries by the tables: g k T, with T the mixture at the surfel of the tables' values, each
+// not below 0, k the link of table_coordinates.h, and g the gain (gains.h). All spans have one entry a query.
+// Costs 16 kMixedTables reads of three values a query; no query takes another branch than the others.
 void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
                         std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance);

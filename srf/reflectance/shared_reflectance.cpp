@@ -46,10 +46,10 @@ std::vector<Angle> fibresOf(const Photographs& photographs, std::span<const Poin
 // Memberships of surfels in one table, 0 for those that are left out so that about `most` photographs remain.
 std::vector<float> thinnedMembership(const Photographs& photographs, std::vector<float> membership,
                                      size_t most) {
-  size_t members = 0;
+  size_t ofMembers = 0; // photographs
   for (size_t s = 0; s < membership.size(); ++s)
-    if (membership[s] > 0) members += photographs.first[s + 1] - photographs.first[s];
-  const size_t step = std::max<size_t>(1, (members + most - 1) / most);
+    if (membership[s] > 0) ofMembers += photographs.first[s + 1] - photographs.first[s];
+  const size_t step = std::max<size_t>(1, (ofMembers + most - 1) / most);
   size_t rank = 0;
   for (float& weight : membership)
     if (weight > 0 && rank++ % step != 0) weight = 0;
@@ -84,7 +84,7 @@ SharedReflectance shareReflectance(const Photographs& photographs,
   const size_t surfels = photographs.surfels();
   assert(places.size() == surfels && frames.size() == surfels);
   const Clusters clusters =
-      findClusters(photographs, {.white = options.white, .most = options.mostTables}, progress);
+      findClusters(photographs, {.white = options.white, .mostClusters = options.mostTables}, progress);
 
   SharedReflectance shared{{options.grid, {}}, std::vector<Angle>(surfels), {}, {}, {}};
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
@@ -111,17 +111,13 @@ SharedReflectance shareReflectance(const Photographs& photographs,
   const auto fitted = [&](std::vector<float> membership, size_t rounds) {
     return fitSharedTable(options.grid, along, gridPlaces,
                           thinnedMembership(along, std::move(membership), options.photographs), fit, rounds,
-                          progress)
-        .nodes;
+                          progress);
   };
 
   std::vector<float> errors(surfels * clusters.count);
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
-    std::vector<float> membership;
-    for (const uint32_t of : clusters.of) membership.push_back(of == cluster ? 1.f : 0.f);
-    const auto ofTable =
-        leftOutErrors(along, predictionsOf(options.grid, fitted(std::move(membership), 2), along, gridPlaces),
-                      options.white);
+    const SharedTable table = fitted(membershipIn(clusters.of, cluster), 2);
+    const auto ofTable = leftOutErrors(along, table.predictions, options.white);
     for (size_t s = 0; s < surfels; ++s) errors[s * clusters.count + cluster] = ofTable[s];
   }
   errors = smoothedErrors(places, errors);
@@ -132,9 +128,9 @@ SharedReflectance shareReflectance(const Photographs& photographs,
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
     std::vector<float> membership;
     for (const TableMixture& mixture : shared.mixtures) membership.push_back(weightIn(mixture, cluster));
-    const std::vector<Rgb> nodes = fitted(std::move(membership), 3);
-    shared.tables.add(nodes);
-    predictions.push_back(predictionsOf(options.grid, nodes, along, gridPlaces));
+    SharedTable table = fitted(std::move(membership), 3);
+    shared.tables.add(table.nodes);
+    predictions.push_back(std::move(table.predictions));
   }
   const std::vector<Rgb> predicted = mixedPredictions(predictions, along, shared.mixtures);
   shared.gains = gainsOf(along, predicted, options.white);

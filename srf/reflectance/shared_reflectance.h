@@ -31,15 +31,16 @@ struct SharingOptions {
 
 struct SharedReflectance {
   ReflectanceTables tables;
-  // Of each surfel:
+  // All below have one entry a surfel.
   std::vector<Angle> fibres; // the tables' frame is the given one, turned by this angle (turnedFrame)
   std::vector<TableMixture> mixtures;
   std::vector<Rgb> gains;
-  std::vector<float> errors; // leftOutErrors of its photographs by mixture and gain, for tableShare
+  std::vector<float>
+      errors; // leftOutErrors of its photographs by mixture and gain, for tableShare; 0 without photographs
 };
 
-// places in scene units, and any frames with the surfels' normals (#surfels); the directions of the
-// photographs are in these frames. Throws Cancelled.
+// Fits tables, mixtures and gains to photographs. places: in scene units (#surfels). frames: with the
+// surfels' normals, and any u (#surfels); directions of photographs are in these frames. Throws Cancelled.
 SharedReflectance shareReflectance(const Photographs& photographs,
                                    std::span<const Point3<AcquisitionSpace>> places,
                                    std::span<const SurfelFrame> frames, const SharingOptions& options,

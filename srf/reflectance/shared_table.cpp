@@ -52,9 +52,7 @@ std::vector<Rgb> predictionsOf(const TableGrid& grid, std::span<const Rgb> nodes
                                const Photographs& photographs, std::span<const TablePlace> places) {
   std::vector<Rgb> predictions(photographs.size());
   forEachPhotograph(predictions.size(), [&](size_t i) {
-    const Rgb value = lookUpNodes(grid, nodes, places[i]);
-    predictions[i] =
-        photographs.links[i] * Rgb{std::max(0.f, value.r), std::max(0.f, value.g), std::max(0.f, value.b)};
+    predictions[i] = photographs.links[i] * positive(lookUpNodes(grid, nodes, places[i]));
   });
   return predictions;
 }
@@ -63,8 +61,7 @@ SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs
                            std::span<const TablePlace> places, std::span<const float> membership,
                            const FitOptions& options, size_t rounds, const Progress& progress) {
   assert(places.size() == photographs.size() && membership.size() == photographs.surfels());
-  SharedTable shared{{}, std::vector<Rgb>(photographs.surfels(), Rgb{1, 1, 1})};
-  std::vector<Rgb> predicted;
+  SharedTable shared{{}, std::vector<Rgb>(photographs.surfels(), Rgb{1, 1, 1}), {}};
   for (size_t round = 0; round < rounds; ++round) {
     MemberSamples samples;
     for (size_t surfel = 0; surfel < photographs.surfels(); ++surfel) {
@@ -75,14 +72,15 @@ SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs
         samples.places.push_back(places[i]);
         samples.measured.push_back(y);
         samples.factors.push_back(photographs.links[i] * gain);
-        samples.weights.push_back(membership[surfel] * brightnessWeight(y, options.white) *
-                                  (round == 0 ? 1 : robustWeight(y, gain * predicted[i], options.white)));
+        samples.weights.push_back(
+            membership[surfel] * brightnessWeight(y, options.white) *
+            (round == 0 ? 1 : robustWeight(y, gain * shared.predictions[i], options.white)));
       }
     }
     shared.nodes = fitTable(grid, {samples.places, samples.measured, samples.factors, samples.weights},
                             options, progress);
-    predicted = predictionsOf(grid, shared.nodes, photographs, places);
-    shared.gains = gainsOf(photographs, predicted, options.white);
+    shared.predictions = predictionsOf(grid, shared.nodes, photographs, places);
+    shared.gains = gainsOf(photographs, shared.predictions, options.white);
   }
   return shared;
 }

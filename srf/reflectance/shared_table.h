@@ -23,8 +23,9 @@
 namespace surflect::reflectance {
 
 struct SharedTable {
-  std::vector<Rgb> nodes; // values of the stored nodes
-  std::vector<Rgb> gains; // #surfels, those that are no members included
+  std::vector<Rgb> nodes;       // values of the stored nodes
+  std::vector<Rgb> gains;       // #surfels, also of non-members
+  std::vector<Rgb> predictions; // k_i T(x_i) of all photographs (#photographs)
 };
 
 // Places of photographs in a grid (#photographs).
@@ -34,7 +35,8 @@ std::vector<TablePlace> placesOf(const TableGrid& grid, std::span<const HalfDiff
 std::vector<Rgb> predictionsOf(const TableGrid& grid, std::span<const Rgb> nodes,
                                const Photographs& photographs, std::span<const TablePlace> places);
 
-// membership: weight of each surfel in the fit, 0..1 (#surfels). Throws Cancelled.
+// Fits a table to the members' photographs, and the gains of all surfels to the table. membership: weight of
+// each surfel in the fit, 0..1 (#surfels). rounds > 0. Throws Cancelled.
 SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs,
                            std::span<const TablePlace> places, std::span<const float> membership,
                            const FitOptions& options, size_t rounds = 3, const Progress& progress = {});

@@ -53,7 +53,7 @@ HalfDifference<T> halfDifference(const Direction3<SurfelSpace, T>& view,
   return {hU / up, hV / up, dU * (dU / size) - dV * (dV / size), 2 * dU * (dV / size)};
 }
 
-// The same directions in a frame that is turned about n by `angle`, from u towards v.
+// Coordinates of the same pair of directions in a frame that is turned about n by `angle`, from u towards v.
 template <class T> HalfDifference<T> turned(const HalfDifference<T>& at, Angle angle) {
   const auto cosine = static_cast<T>(std::cos(angle.radians()));
   const auto sine = static_cast<T>(std::sin(angle.radians()));
@@ -63,7 +63,7 @@ template <class T> HalfDifference<T> turned(const HalfDifference<T>& at, Angle a
           cosine2 * at.differenceV - sine2 * at.differenceU};
 }
 
-// Lengths of p and e, in place of their u: what an isotropic surface depends on most.
+// Coordinates with both angles set to 0, for isotropic surfaces: |p| and |e| in place of p_u and e_u.
 template <class T> HalfDifference<T> withoutAngles(const HalfDifference<T>& at) {
   return {std::sqrt(at.halfU * at.halfU + at.halfV * at.halfV), 0,
           std::sqrt(at.differenceU * at.differenceU + at.differenceV * at.differenceV), 0};

@@ -48,8 +48,7 @@ struct FitOptions {
 std::vector<Rgb> fitTable(const TableGrid& grid, const FitSamples& samples, const FitOptions& options,
                           const Progress& progress = {});
 
-// The same by a dense matrix in double precision, for grids of up to a few thousand nodes: the reference of
-// fitTable.
+// Reference of fitTable: a dense matrix in double precision, for grids of up to a few thousand nodes.
 std::vector<Rgb> fitTableReference(const TableGrid& grid, const FitSamples& samples,
                                    const FitOptions& options);
 

@@ -243,7 +243,7 @@ ViewMeasures measure(const capture::Capture& capture, const SmallView& view) {
     const float* value = &view.radiance.values[3 * i];
     const auto peak = static_cast<double>(std::max({value[0], value[1], value[2]}));
     measures.brightest = std::max(measures.brightest, peak);
-    full += std::abs(peak - largest) <= 1e-4 * largest;
+    full += std::isfinite(largest) && std::abs(peak - largest) <= 1e-4 * largest;
     ++count;
   }
   measures.clipped = count > 0 ? full / count : 0;

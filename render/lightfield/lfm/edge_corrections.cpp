@@ -30,7 +30,7 @@ public:
   }
 
   size_t count() const { return count_; }
-  // Of a corner of a triangle, on one of its sides.
+  // Number of the edge from a corner of a triangle along one of its two sides.
   size_t of(size_t triangle, size_t corner, size_t side) const {
     return of_[6 * triangle + 2 * corner + side];
   }

@@ -14,8 +14,8 @@ uniform float viewSize;        // cells along a side of a view map
 uniform bool isPacked;         // one surface map for all three corners
 uniform vec2 surfaceValue, viewValue; // value = max(x texel + y, -1)
 uniform float meanWhite;
-// Corners with corrections on their edges: 3, or 0 of maps that agree there. Mesa leaves a loop over none at once, but
-// evaluates both sides of a branch.
+// Corners whose edges have corrections: 3, or 0 where maps agree. A loop over 0 corners costs nothing on Mesa, where a
+// branch evaluates both sides.
 uniform int surfaceEdgeCorners, meanEdgeCorners;
 uniform float surfaceEdgeUnit, meanEdgeUnit; // value of a correction of 1
 uniform int termCount;         // of the model: texels of a triangle in `places`

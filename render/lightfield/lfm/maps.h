@@ -12,8 +12,8 @@
 //      coordinates of discPoint(), cell (x, y) has its centre at ((x + 0.5) / size, (y + 0.5) / size)
 //   s  scale of a vertex and term; g and h are within -1..1
 //
-// Where triangles that share an edge have different g or means on it, as compression by triangle leaves them,
-// the mean of these counts (edge_corrections.h).
+// Triangles that share an edge may have different g or means on it, after compression by triangle; then their
+// mean counts (edge_corrections.h).
 //
 // Radiance is the square of the root (root_radiance.h); roots below 0 are black. There are three channels,
 // RGB; or four, where the last is a root of opacity and the others are of radiance times opacity. Between

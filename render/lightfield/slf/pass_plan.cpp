@@ -146,8 +146,8 @@ PassPlan PassPlanner::plan(const capture::Camera<AcquisitionSpace>& camera, cons
     passes.scissor = options.scissor && rect ? *rect : whole;
     const DirectionMesh& mesh = field_->directionsOf(r);
     if (options.directionCulling) {
-      // Both hold all directions along which a pixel sees the region. From near, the picture shows a part of
-      // it, and has the narrower cone.
+      // Both cones hold all directions along which a pixel sees the region. From near, the picture shows a
+      // part of it, and has the narrower cone.
       const RegionView shown = viewThrough(rect.value_or(whole), camera);
       const bool isNear = shown.cone.halfAngle.radians() < view.cone.halfAngle.radians();
       passes.triangles = trianglesInView(mesh, isNear ? shown : view, margin, starts_[r]);

@@ -55,7 +55,7 @@ TEST(Correction, IsTheWeightedMeanOfRelativeErrors) {
     for (size_t i = 0; i < scene.weights.size(); ++i)
       sum += scene.weights[i] * (scene.shown[i].g - scene.photographs[i].value.g) /
              errorScale(scene.photographs[i].value, scene.photographs[i].cosine, kUnit);
-    EXPECT_NEAR(scene.answer().g, scene.query.value.g + scale * sum, 1e-4);
+    EXPECT_NEAR(scene.answer().g, scene.query.value.g + scale * sum, 3e-7);
   }
 }
 

@@ -22,8 +22,8 @@ TEST(Gains, RecoverPlantedGains) {
   }
   const auto found = gainsOf(captured.view(), predicted, planted::kWhite);
   for (size_t s = 0; s < gains.size(); ++s) {
-    EXPECT_NEAR(found[s].r / gains[s].r, 1, 0.05);
-    EXPECT_NEAR(found[s].b / gains[s].b, 1, 0.05);
+    EXPECT_NEAR(found[s].r / gains[s].r, 1, 0.0065);
+    EXPECT_NEAR(found[s].b / gains[s].b, 1, 0.0065);
   }
 }
 
@@ -78,7 +78,7 @@ TEST(Gains, LeftOutErrorIsZeroForAnExactTableAndGrowsWithWrongShape) {
   for (size_t i = 100; i < 200; ++i) predicted[i] = {0.1f, 0.1f, 0.1f};
   const auto errors = leftOutErrors(captured.view(), predicted, planted::kWhite);
   EXPECT_NEAR(errors[0], 0, 1e-9);
-  EXPECT_GT(errors[1], 0.01f);
+  EXPECT_GT(errors[1], 0.3f);
   EXPECT_EQ(errors[2], 0);
 }
 

@@ -57,9 +57,9 @@ TEST(ReflectanceTable, LookUpIsThatOfTheWholeGridInDoublePrecision) {
     const auto at = halfDifference(planted::above(random, -1), planted::above(random, -1));
     const Rgb got = lookUpNodes(kSmall, nodes, placeOf(kSmall, at));
     const auto wanted = lookUpReference(kSmall, nodes, exact(at));
-    EXPECT_NEAR(got.r, wanted[0], 1e-5);
-    EXPECT_NEAR(got.g, wanted[1], 1e-5);
-    EXPECT_NEAR(got.b, wanted[2], 1e-5);
+    EXPECT_NEAR(got.r, wanted[0], 1.5e-6);
+    EXPECT_NEAR(got.g, wanted[1], 1.5e-6);
+    EXPECT_NEAR(got.b, wanted[2], 1.5e-6);
   }
 }
 
@@ -184,6 +184,19 @@ TEST(ReflectanceTables, NothingIsNegativeAndNothingOverflows) {
     EXPECT_TRUE(std::isfinite(answer.g));
     EXPECT_EQ(answer.b, 0);
   }
+}
+
+// A table below 0 adds nothing, as where gains are found (shared_table.h).
+TEST(ReflectanceTables, AMixtureTakesNothingFromATableBelowZero) {
+  std::mt19937 random(9);
+  ReflectanceTables tables{kSmall, {}};
+  tables.add(std::vector<Rgb>(kSmall.size(), Rgb{-1, -1, -1}));
+  tables.add(std::vector<Rgb>(kSmall.size(), Rgb{1, 1, 1}));
+  const Queries queries = randomQueries(50, random); // a quarter of the first table
+  const std::vector<Rgb> answers = queries.answers(tables);
+  for (size_t q = 0; q < answers.size(); ++q)
+    EXPECT_NEAR(answers[q].g,
+                0.75f * queries.gains[q].g * tableLink(queries.light[q].z(), queries.view[q].z()), 1e-5);
 }
 
 } // namespace

@@ -34,7 +34,7 @@ Fitted fitted(const planted::Material& material, size_t surfels, size_t photogra
   return all;
 }
 
-// Of new photographs of the same surfels: mean squared error by the table over that of black.
+// Mean squared error of the table over that of black, for new photographs of the same surfels.
 double relativeError(const Fitted& fit, const planted::Material& material, unsigned seed) {
   std::mt19937 random(seed);
   double error = 0, all = 0;
@@ -52,9 +52,9 @@ double relativeError(const Fitted& fit, const planted::Material& material, unsig
 }
 
 TEST(SharedTable, PredictsNewPhotographsOfSurfelsWithGains) {
-  EXPECT_LT(relativeError(fitted(planted::kMatte, 300, 40, 0, 1), planted::kMatte, 2), 0.005);
-  EXPECT_LT(relativeError(fitted(planted::kGlossy, 300, 40, 0, 3), planted::kGlossy, 4), 0.03);
-  EXPECT_LT(relativeError(fitted(planted::kBrushed, 300, 40, 0, 5), planted::kBrushed, 6), 0.03);
+  EXPECT_LT(relativeError(fitted(planted::kMatte, 300, 40, 0, 1), planted::kMatte, 2), 0.003);
+  EXPECT_LT(relativeError(fitted(planted::kGlossy, 300, 40, 0, 3), planted::kGlossy, 4), 0.0042);
+  EXPECT_LT(relativeError(fitted(planted::kBrushed, 300, 40, 0, 5), planted::kBrushed, 6), 0.0275);
 }
 
 TEST(SharedTable, RecoversGainsUpToOneCommonFactor) {
@@ -66,14 +66,14 @@ TEST(SharedTable, RecoversGainsUpToOneCommonFactor) {
   const double mean = std::accumulate(logarithms.begin(), logarithms.end(), 0.0) / count;
   double variance = 0;
   for (const double x : logarithms) variance += (x - mean) * (x - mean) / count;
-  EXPECT_LT(std::sqrt(variance), 0.1); // those planted: 0.4
+  EXPECT_LT(std::sqrt(variance), 0.07); // those planted: 0.4
 }
 
 TEST(SharedTable, FlaresHardlyCount) {
   const double clean = relativeError(fitted(planted::kMatte, 200, 40, 0, 8), planted::kMatte, 9);
   const double spoiled = relativeError(fitted(planted::kMatte, 200, 40, 0.03, 8), planted::kMatte, 9);
-  EXPECT_LT(clean, 0.005);
-  EXPECT_LT(spoiled, 0.03); // 3 % of flares of six times the brightness
+  EXPECT_LT(clean, 0.0035);
+  EXPECT_LT(spoiled, 1.5 * clean); // 3 % of flares of six times the brightness
 }
 
 TEST(SharedTable, SurfelsWithoutMembershipDoNotCount) {

@@ -170,6 +170,13 @@ TEST_F(Checks, FindAnObjectThatIsThinInAllViews) {
   EXPECT_TRUE(checkThinness(some).empty());
 }
 
+TEST_F(Checks, ABracketIsNeverOverexposed) { // it has no largest value
+  capture::Capture bracketed = capture;
+  for (capture::Frame& frame : bracketed.frames) frame.further.push_back({frame.picture, "", "", 2});
+  forEachSmallView(capture, RayCaster<AcquisitionSpace>(mesh), {0, 0, 0}, 2, {},
+                   [&](const SmallView& view) { EXPECT_EQ(measure(bracketed, view).clipped, 0); });
+}
+
 TEST_F(Checks, FindHalfFloatsAtTheirLargestValue) {
   capture = studio::photograph({.cameras = 5, .lights = 0, .size = 64}, folder / "fixed");
   image::Image picture(64, 64, 4);

@@ -15,6 +15,19 @@ INSTANTIATE_TEST_SUITE_P(Reference, FromACamera,
                                            std::pair(Blending::vdtm, Domain::plane),
                                            std::pair(Blending::ulr, Domain::sphere)));
 
+// Error of a picture from the place of a camera, against that camera's painted photograph.
+struct PaintedError {
+  double squares = 0, count = 0;
+
+  void add(const ReferencePicture& picture, size_t view, int x, int y) {
+    for (size_t c = 0; c < 4; ++c, ++count) {
+      const float alpha = painted(view, x, y, 3), truth = c < 3 ? alpha * painted(view, x, y, c) : alpha;
+      squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
+    }
+  }
+  double decibels() const { return -10 * std::log10(squares / count); }
+};
+
 // Epipole consistency, over pixels of triangles whose corners all hold the view.
 TEST_P(FromACamera, ItsPhotographComesBack) {
   const OpacityField field =
@@ -22,7 +35,7 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
   const ViewBlender blender(field);
   for (const size_t view : {0u, 13u, 40u}) {
     const ReferencePicture picture = referencePicture(field, blender, field.cameras[view]);
-    double squares = 0, count = 0;
+    PaintedError error;
     const RayCaster<AcquisitionSpace> rays(field.mesh);
     const auto worldFromCamera = field.cameras[view].cameraFromWorld.inverse();
     for (int y = 0; y < 48; ++y)
@@ -37,19 +50,14 @@ TEST_P(FromACamera, ItsPhotographComesBack) {
           isHeld &= std::ranges::find(of, view) != of.end();
         }
         if (!isHeld) continue;
-        for (size_t c = 0; c < 4; ++c, ++count) {
-          const float alpha = painted(view, x, y, 3), truth = c < 3 ? alpha * painted(view, x, y, c) : alpha;
-          squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
-        }
+        error.add(picture, view, x, y);
       }
-    EXPECT_GT(count, 2500);
-    const double decibels = -10 * std::log10(squares / count);
-    RecordProperty("decibels", std::to_string(decibels));
-    EXPECT_GE(decibels, 76);
+    EXPECT_GT(error.count, 2500);
+    EXPECT_GE(error.decibels(), 76);
   }
 }
 
-// The same where layers are behind each other, over all pixels that show the object.
+// A photograph of several layers comes back in all pixels that show the object.
 TEST(OpacityReference, APhotographOfManyLayersComesBack) {
   for (const Blending method : {Blending::vdtm, Blending::ulr}) {
     OpacityField field = paintedField(rowOfSpheres(4), 40, 48, method);
@@ -60,20 +68,14 @@ TEST(OpacityReference, APhotographOfManyLayersComesBack) {
     for (const size_t view : {0u, 13u, 29u}) {
       const ReferencePicture picture = referencePicture(field, blender, field.cameras[view]);
       EXPECT_GE(picture.mostLayers, 2u);
-      double squares = 0, count = 0;
+      PaintedError error;
       for (int y = 0; y < 48; ++y)
         for (int x = 0; x < 48; ++x) {
           if (picture.color.at(x, y)[3] == 0) continue;
-          for (size_t c = 0; c < 4; ++c, ++count) {
-            const float alpha = painted(view, x, y, 3),
-                        truth = c < 3 ? alpha * painted(view, x, y, c) : alpha;
-            squares += std::pow(static_cast<double>(picture.color.at(x, y)[c] - truth), 2);
-          }
+          error.add(picture, view, x, y);
         }
-      EXPECT_GT(count, 1200);
-      const double decibels = -10 * std::log10(squares / count);
-      RecordProperty("decibels", std::to_string(decibels));
-      EXPECT_GE(decibels, 76);
+      EXPECT_GT(error.count, 1200);
+      EXPECT_GE(error.decibels(), 76);
     }
   }
 }
