@@ -129,12 +129,18 @@ void announceLights(const model::LightBlendSelection& selection) {
 void announceInterpolation(const model::InterpolationSelection& selection) {
   if (!selection.leftOut) return;
   const auto& [chosen, separate] = *selection.leftOut;
-  const bool isSeparate = selection.choice.kind == weights::Interpolation::separate;
-  const double db = isSeparate ? separate : chosen;
+  const auto text = [](weights::Interpolation kind) -> std::string {
+    if (kind == weights::Interpolation::separate) return "camera and light separately";
+    return "kriging over cameras and lights together";
+  };
+  const auto& [kind, half, reciprocal, shadows, otherwise] = selection.choice;
+  const bool isShared = kind == weights::Interpolation::shared;
+  const double db = kind == weights::Interpolation::separate ? separate : chosen;
   say(fmt::format(
-      "new views: weighted by {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
-      isSeparate ? "camera and light separately" : "kriging over cameras and lights together", db,
-      gradeOf(db), db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
+      "new views: {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
+      isShared ? "answered by tables that surfels of a kind share, else weighted by " + text(otherwise)
+               : "weighted by " + text(kind),
+      db, gradeOf(db), db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
 }
 
 } // namespace

@@ -31,24 +31,25 @@ constexpr const char *kInterpolation = "interpolation", *kNearest = "nearest";
 // Unlike other choices, "nearest" is no enumerator: it weights as the model does, but takes one photograph.
 method::Row<SurfelOptions> interpolationRow() {
   Option option{.name = kInterpolation,
-                .domain = words({"paper", "separate", "kriging", kNearest}),
+                .domain = words({"paper", "separate", "kriging", "shared", kNearest}),
                 .paper = "paper",
                 .help =
                     "weights of photographs: by cameras and lights apart, as published (paper) or with "
-                    "fitted lights (separate); by kriging of camera-light pairs; or the nearest photograph "
+                    "fitted lights (separate); by kriging of camera-light pairs; by tables that surfels of a "
+                    "kind share, corrected by each surfel's photographs (shared); or the nearest photograph "
                     "alone"};
   return {option, [](SurfelOptions& options, const Value& value) {
             weights::ShadeOptions& shade = options.frame.shade;
             if ((shade.nearest = value == Value(kNearest))) return;
             for (const auto kind : {weights::Interpolation::paper, weights::Interpolation::separate,
-                                    weights::Interpolation::kriging})
+                                    weights::Interpolation::kriging, weights::Interpolation::shared})
               if (value == Value(std::string(nameOf(kind)))) shade.interpolation = kind;
           }};
 }
 
 const method::Rows<SurfelOptions>& rows() {
   const auto blended = wholeRange(1, weights::kMaxBlended);
-  const std::pair<std::string, std::vector<Value>> kriging{kInterpolation, {"kriging"}};
+  const std::pair<std::string, std::vector<Value>> kriging{kInterpolation, {"kriging", "shared"}};
   static const method::Rows<SurfelOptions> kRows{
       interpolationRow(),
       row<SurfelOptions>("cameras", [](auto& o) -> auto& { return o.frame.shade.cameras; },
@@ -131,6 +132,9 @@ const method::Rows<model::PackOptions>& packRows() {
       row<model::PackOptions>("opaque", [](auto& o) -> auto& { return o.opaque; },
                               {.help = "take alpha as a mask, even if many pixels are translucent"}),
       row<model::PackOptions>(
+          "tables", [](auto& o) -> auto& { return o.tables; },
+          {.help = "let surfels of a kind share their reflectance in tables; off: pack sooner"}),
+      row<model::PackOptions>(
           "overwrite", [](auto& o) -> auto& { return o.overwrite; },
           {.help =
                "replace a finished model of another capture, geometry, tolerance or version of surflect"})};
@@ -161,7 +165,10 @@ std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights
     for (Option& option : options) option.sweep.clear();
     return options;
   }
-  if (weights::usesKriging(field, shade)) rowOf(kInterpolation).sweep = words({"kriging", "separate"});
+  if (weights::usesTables(field, shade))
+    rowOf(kInterpolation).sweep = words({"shared", "kriging", "separate"});
+  else if (weights::usesKriging(field, shade))
+    rowOf(kInterpolation).sweep = words({"kriging", "separate"});
   if (isProduct) rowOf("cameras").sweep = downToOne(shade.cameras);
   if (isProduct && isLit) {
     const size_t lights = weights::lightBlend(field, shade).lights;

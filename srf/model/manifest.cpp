@@ -16,9 +16,14 @@ namespace {
 
 using capture::Json, capture::numberOf, capture::required, capture::shown, capture::textOf;
 
+int versionOf(const Manifest& manifest) {
+  if (!manifest.tables.empty()) return kTablesVersion;
+  return manifest.alphaChecksums.empty() ? kModelVersion : kAlphaVersion;
+}
+
 Json jsonOf(const Manifest& manifest) {
   Json json = {{"format", kSurfelFormat},
-               {"version", manifest.alphaChecksums.empty() ? kModelVersion : kAlphaVersion},
+               {"version", versionOf(manifest)},
                {"white", manifest.white},
                {"tolerance", manifest.tolerance},
                {"light_blend",
@@ -39,8 +44,11 @@ Json jsonOf(const Manifest& manifest) {
                  {"surfels.ply", manifest.cloud},
                  {"fades.bin", manifest.visibility}}},
                {"view_checksums", manifest.viewChecksums}};
+  if (manifest.interpolation.kind == weights::Interpolation::shared)
+    json["interpolation"]["otherwise"] = weights::nameOf(manifest.interpolation.otherwise);
   if (!manifest.levels.empty()) json["checksums"]["levels.bin"] = manifest.levels;
   if (!manifest.shadows.empty()) json["checksums"]["shadows.bin"] = manifest.shadows;
+  if (!manifest.tables.empty()) json["checksums"]["tables.bin"] = manifest.tables;
   if (!manifest.alphaChecksums.empty()) json["alpha_checksums"] = manifest.alphaChecksums;
   return json;
 }
@@ -98,7 +106,11 @@ weights::InterpolationChoice interpolationOf(const Json& stated) {
   };
   weights::InterpolationChoice choice;
   choice.kind = required(stated, "kind",
-                         nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging}));
+                         nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging,
+                                    weights::Interpolation::shared}));
+  if (choice.kind == weights::Interpolation::shared)
+    choice.otherwise = required(
+        stated, "otherwise", nameOneOf({weights::Interpolation::separate, weights::Interpolation::kriging}));
   choice.halfScale = required(stated, "half_scale", halfScaleOf);
   choice.reciprocal = required(stated, "reciprocal", flagOf);
   choice.shadows = required(stated, "shadows", flagOf);
@@ -111,7 +123,8 @@ std::string manifestText(const Manifest& manifest) { return capture::sealedText(
 
 Manifest parseManifest(std::string_view text, const std::filesystem::path& path) {
   return inFile(path, [&] {
-    const Json json = capture::parseSealed(text, kSurfelFormat, {kModelVersion, kAlphaVersion});
+    const Json json =
+        capture::parseSealed(text, kSurfelFormat, {kModelVersion, kAlphaVersion, kTablesVersion});
     Manifest manifest;
     manifest.white = required(json, "white", whiteOf);
     manifest.tolerance = required(json, "tolerance", numberOf);
@@ -127,6 +140,10 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
     manifest.visibility = required(checksums, "fades.bin", textOf);
     manifest.levels = capture::optional(checksums, "levels.bin", textOf).value_or("");
     manifest.shadows = capture::optional(checksums, "shadows.bin", textOf).value_or("");
+    if (json["version"] == kTablesVersion) manifest.tables = required(checksums, "tables.bin", textOf);
+    if (manifest.interpolation.kind == weights::Interpolation::shared && manifest.tables.empty())
+      throw Error::mismatch("version " + std::to_string(kTablesVersion), shown(json["version"]))
+          .at("interpolation shared");
     manifest.viewChecksums = required(json, "view_checksums", textsOf);
     if (json["version"] == kAlphaVersion) {
       manifest.alphaChecksums = required(json, "alpha_checksums", textsOf);

@@ -17,6 +17,8 @@ namespace surflect::model {
 inline constexpr int kModelVersion = 5;
 // Version of a model with alpha planes. All else is as in kModelVersion.
 inline constexpr int kAlphaVersion = 6;
+// Version of a model with tables. All else is as in kModelVersion.
+inline constexpr int kTablesVersion = 7;
 
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
@@ -32,8 +34,9 @@ struct Manifest {
   weights::LightBlend lightBlend;
   weights::InterpolationChoice interpolation; // the default where a file states none
   size_t surfels = 0, views = 0, lights = 0;
-  std::string rig, cloud, visibility;    // checksums of transforms.json, surfels.ply and fades.bin
-  std::string levels = {}, shadows = {}; // checksums of levels.bin and shadows.bin; empty without such a file
+  std::string rig, cloud, visibility; // checksums of transforms.json, surfels.ply and fades.bin
+  // Checksums of levels.bin, shadows.bin and tables.bin; empty without such a file.
+  std::string levels = {}, shadows = {}, tables = {};
   std::vector<std::string> viewChecksums;       // ViewFile::checksum of each view
   std::vector<std::string> alphaChecksums = {}; // of each view's alpha file; empty for an opaque object
 };

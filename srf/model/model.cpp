@@ -32,6 +32,7 @@ constexpr const char* kSurfelFile = "surfels.ply";
 constexpr const char* kFadeFile = "fades.bin";
 constexpr const char* kLevelFile = "levels.bin";
 constexpr const char* kShadowFile = "shadows.bin";
+constexpr const char* kTableFile = "tables.bin";
 constexpr const char* kRigFile = "transforms.json";
 
 void writeCloud(const std::filesystem::path& path, const SurfelCloud& cloud) {
@@ -186,10 +187,12 @@ enum Check : size_t {
   cloud,
   levelFile,
   shadowFile,
+  tableFile,
   fades,
   levels,
   counts,
   shadows,
+  tables,
   views,
   kChecks
 };
@@ -269,6 +272,11 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
           unpackVisibility(std::as_bytes(std::span(content)), manifest.surfels, manifest.lights, progress);
     });
   };
+  const auto openTables = [&] {
+    open(tableFile, tables, kTableFile, manifest.tables, [&](const std::string& content) {
+      model.shared = unpackTables(std::as_bytes(std::span(content)), manifest.surfels);
+    });
+  };
   const auto openCloud = [&] {
     const bool isOpen = open(cloudFile, cloud, kSurfelFile, manifest.cloud, [&](const std::string& content) {
       model.cloud = parseCloud(content, progress);
@@ -304,6 +312,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
       openRig, [&] { openFades(manifest.surfels, manifest.views); }, openCloud,
       [&] {
         if (!manifest.shadows.empty()) openShadows();
+        if (!manifest.tables.empty()) openTables();
       });
   progress.checkpoint();
   if (checks.passed(rigFile) && checks.passed(rig) && checks.passed(cloudFile) && checks.passed(cloud)) {
@@ -359,6 +368,7 @@ void writeModel(const Model& model, const Progress& progress) {
   if (model.levels) writeFileAtomically(folder / kLevelFile, packLevels(*model.levels));
   if (model.lightVisibility)
     writeFileAtomically(folder / kShadowFile, packVisibility(*model.lightVisibility, progress));
+  if (model.shared) writeFileAtomically(folder / kTableFile, packTables(*model.shared));
   Manifest manifest{.white = model.white,
                     .tolerance = model.tolerance,
                     .lightBlend = model.lightBlend,
@@ -371,6 +381,7 @@ void writeModel(const Model& model, const Progress& progress) {
                     .visibility = checksumOf(kFadeFile),
                     .levels = model.levels ? checksumOf(kLevelFile) : "",
                     .shadows = model.lightVisibility ? checksumOf(kShadowFile) : "",
+                    .tables = model.shared ? checksumOf(kTableFile) : "",
                     .viewChecksums = {}};
   for (const codec::ViewFile& file : model.files) manifest.viewChecksums.push_back(hex(file.checksum()));
   for (size_t view = 0; view < model.alpha.size(); ++view)

@@ -1,6 +1,6 @@
 // A packed surface reflectance field in a folder: manifest.json (version, white level, light blend,
 // checksums), transforms.json (the rig), surfels.ply, levels.bin, fades.bin, shadows.bin,
-// views/*.srfb, and views/*.srfa where alpha matters.
+// tables.bin where surfels share reflectance, views/*.srfb, and views/*.srfa where alpha matters.
 //
 // The rig has the form of a capture whose pictures are the view files: the frames of a view, in order, are
 // the columns of its file. Specified in docs/format.md.

@@ -14,9 +14,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <new>
+#include <numbers>
 #include <string>
 
 namespace surflect::model {
@@ -119,6 +122,107 @@ LevelsOfDetail unpackLevels(std::span<const std::byte> packed, const SurfelCloud
     levels.first.push_back(static_cast<uint32_t>(levels.splats.size()));
   }
   return levels;
+}
+
+namespace {
+
+// Shared reflectance as it is stored.
+struct StoredTables {
+  float white = 1;
+  std::array<uint32_t, 4> nodes{};
+  uint32_t count = 0;
+  std::vector<float> trust;
+  std::vector<uint16_t> values;                // half floats
+  std::vector<uint16_t> fibres;                // 0..65535 for a half turn
+  std::vector<std::array<uint8_t, 3>> mixed;   // tables
+  std::vector<std::array<uint8_t, 3>> weights; // sum: 255
+  std::vector<std::array<uint16_t, 3>> gains;  // half floats
+};
+static_assert(reflectance::kMixedTables == 3);
+
+constexpr float kWhole = 255;          // sum of weights
+constexpr double kHalfTurn = 0x1p16;   // stored angles
+constexpr uint16_t kGreatest = 0x7bff; // bits of the greatest half float
+
+void describeTables(Archive& archive, StoredTables& tables, size_t surfels) {
+  archive.magic("srf tabs");
+  archive.constant<uint32_t>("version", 1);
+  archive.number<float>("white", tables.white, {1e-30f});
+  archive.numbers<uint32_t>("nodes", tables.nodes, {3, 255});
+  for (const uint32_t nodes : tables.nodes)
+    if (nodes % 2 == 0) throw Error::mismatch("odd numbers", std::to_string(nodes)).at("nodes");
+  archive.number<uint32_t>("tables", tables.count, {1, 255});
+  archive.constant<uint32_t>("surfels", static_cast<uint32_t>(surfels));
+  archive.array<float>("trust", tables.trust, tables.count, {0, 1});
+  const reflectance::TableGrid grid{tables.nodes};
+  archive.array<uint16_t>("values", tables.values, size_t{3} * tables.count * grid.size());
+  archive.array<uint16_t>("fibres", tables.fibres, surfels);
+  archive.array<uint8_t>("mixed tables", tables.mixed, surfels, Below(tables.count));
+  archive.array<uint8_t>("weights", tables.weights, surfels);
+  archive.array<uint16_t>("gains", tables.gains, surfels, {0, kGreatest});
+}
+
+// Weights as 255ths, whose sum stays whole.
+std::array<uint8_t, 3> wholeWeights(const std::array<float, 3>& weights) {
+  const auto second = static_cast<uint8_t>(std::lround(kWhole * weights[1])),
+             third = static_cast<uint8_t>(std::lround(kWhole * weights[2]));
+  return {static_cast<uint8_t>(255 - second - third), second, third};
+}
+
+uint16_t bitsOf(float value) { return std::bit_cast<uint16_t>(Eigen::half(value)); }
+
+} // namespace
+
+std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared) {
+  StoredTables stored{.white = shared.white,
+                      .nodes = shared.tables.grid.nodes,
+                      .count = static_cast<uint32_t>(shared.tables.count()),
+                      .trust = shared.trust};
+  for (const Eigen::half value : shared.tables.values)
+    stored.values.push_back(std::bit_cast<uint16_t>(value));
+  for (size_t i = 0; i < shared.gains.size(); ++i) {
+    const double turn = shared.fibres[i].radians() / std::numbers::pi;
+    stored.fibres.push_back(static_cast<uint16_t>(std::llround(kHalfTurn * (turn - std::floor(turn)))));
+    const reflectance::TableMixture& mixture = shared.mixtures[i];
+    stored.mixed.push_back({static_cast<uint8_t>(mixture.table[0]), static_cast<uint8_t>(mixture.table[1]),
+                            static_cast<uint8_t>(mixture.table[2])});
+    stored.weights.push_back(wholeWeights(mixture.weight));
+    stored.gains.push_back({bitsOf(shared.gains[i].r), bitsOf(shared.gains[i].g), bitsOf(shared.gains[i].b)});
+  }
+  return written(stored,
+                 [](Archive& archive, StoredTables& own) { describeTables(archive, own, own.gains.size()); });
+}
+
+reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, size_t surfels) {
+  StoredTables stored;
+  parse(packed, [&](Archive& archive) { describeTables(archive, stored, surfels); });
+  reflectance::SharedReflectance shared{.white = stored.white,
+                                        .tables = {{stored.nodes}, {}},
+                                        .trust = stored.trust,
+                                        .fibres = {},
+                                        .mixtures = {},
+                                        .gains = {}};
+  for (const uint16_t bits : stored.values) {
+    if ((bits & 0x7fff) > kGreatest) throw Error::mismatch("finite half floats", "another").at("values");
+    shared.tables.values.push_back(std::bit_cast<Eigen::half>(bits));
+  }
+  const auto valueOf = [](uint16_t bits) { return static_cast<float>(std::bit_cast<Eigen::half>(bits)); };
+  for (size_t i = 0; i < surfels; ++i) {
+    const auto& [r, g, b] = stored.gains[i];
+    shared.gains.push_back({valueOf(r), valueOf(g), valueOf(b)});
+    shared.fibres.push_back(Angle::fromRadians(stored.fibres[i] / kHalfTurn * std::numbers::pi));
+    const auto& weights = stored.weights[i];
+    if (weights[0] + weights[1] + weights[2] != 255)
+      throw Error::mismatch("the sum 255", std::to_string(weights[0] + weights[1] + weights[2]))
+          .at("weights[" + std::to_string(i) + "]");
+    reflectance::TableMixture mixture;
+    for (size_t m = 0; m < reflectance::kMixedTables; ++m) {
+      mixture.table[m] = stored.mixed[i][m];
+      mixture.weight[m] = static_cast<float>(weights[m]) / kWhole;
+    }
+    shared.mixtures.push_back(mixture);
+  }
+  return shared;
 }
 
 namespace {

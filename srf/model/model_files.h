@@ -1,7 +1,8 @@
-// Files of a model's folder: alpha, levels of detail, visibility.
+// Files of a model's folder: alpha, levels of detail, tables, visibility.
 #pragma once
 
 #include "srf/codec/alpha_plane.h"
+#include "srf/reflectance/shared_reflectance.h"
 #include "srf/weights/visibility_weights.h"
 #include "surfel/base/time.h"
 #include "surfel/level_of_detail.h"
@@ -25,6 +26,13 @@ std::vector<std::byte> packLevels(const LevelsOfDetail& levels);
 // Cancelled.
 LevelsOfDetail unpackLevels(std::span<const std::byte> packed, const SurfelCloud& cloud,
                             const Progress& progress = {});
+
+// tables.bin of a model: shared reflectance of its surfels, with fibres within 1e-4 radians, weights within
+// 1/255 and gains as half floats. Specified in docs/format.md.
+std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared);
+
+// Reads the tables of a cloud of `surfels`. Throws Error naming the field.
+reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, size_t surfels);
 
 // fades.bin of a model: a zlib stream of visibility weights, view by view. Specified in docs/format.md.
 

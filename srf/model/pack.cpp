@@ -1,11 +1,14 @@
 #include "srf/model/pack.h"
+#include "srf/model/shared_surface.h"
 
 #include "srf/capture/origin.h"
 #include "srf/capture/silhouette.h"
 #include "srf/model/manifest.h"
 #include "srf/model/model.h"
+#include "srf/model/model_files.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/pack_prepass.h"
+#include "srf/model/shared_surface.h"
 #include "srf/proxy/mesh/enclosed.h"
 #include "srf/weights/visibility_weights.h"
 #include "surfel/base/error.h"
@@ -293,9 +296,16 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
                           {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
                            store.tolerance, surveyed->lights.blend, report.isTranslucent},
                           progress);
+  if (options.tables && canShare(model) && canLeaveOut(model)) {
+    const SharedSample sample = shareSample(
+        model, [](size_t, size_t) { return true; }, progress);
+    // As it will be opened:
+    model.shared = unpackTables(packTables(spreadOver(model, sample, progress)), model.cloud.size());
+  }
   report.interpolation =
       selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);
   model.interpolation = report.interpolation.choice;
+  if (model.shared) model.shared->trust = report.interpolation.trust;
   if (report.interpolation.leftOut)
     model.lightBlend.foreshortened = report.lightChoice.blend.foreshortened =
         report.interpolation.foreshortened;

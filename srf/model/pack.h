@@ -46,6 +46,7 @@ struct PackOptions {
   std::optional<size_t> surfels; // approximate count; by default two across a pixel of the photographs, but
                                  // no more than four million, nor than half of the memory holds
   bool opaque = false;           // alpha is a mask, however many pixels are translucent
+  bool tables = true;            // share reflectance over the surface, where that predicts photographs better
   bool overwrite = false;        // also replaces a finished model of another identity
 };
 

@@ -2,7 +2,10 @@
 
 #include "srf/codec/block_cache.h"
 #include "srf/image/color.h"
+#include "srf/model/shared_surface.h"
 #include "srf/proxy/relief/photometric.h"
+#include "srf/reflectance/clusters.h"
+#include "srf/reflectance/gains.h"
 #include "srf/shading/plan.h"
 #include "srf/shading/shade.h"
 #include "srf/weights/irradiance_ratio.h"
@@ -10,6 +13,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -191,9 +195,9 @@ LightBlendSelection ReflectanceSamples::choose(double white, NormalsFrom normals
 namespace {
 
 constexpr size_t kSurfels = 1000, kFolds = 96; // sampled surfels, and pairs of a camera and a light left out
-constexpr size_t kFewest = 4;                  // cameras, and lights, to leave one out
 constexpr double kSeenWell = 0.5;              // least visibility weight
 constexpr double kGainDb = 1;                  // least gain of kriging over separate weights
+constexpr double kTableGainDb = 0.3;           // least gain of tables over the choice without
 
 struct Candidate {
   weights::InterpolationChoice choice;
@@ -250,15 +254,32 @@ Model withSurfels(const Model& model, SurfelCloud cloud, weights::VisibilityWeig
   return field;
 }
 
+// Shared reflectance of some surfels.
+reflectance::SharedReflectance rowsOf(const reflectance::SharedReflectance& shared,
+                                      std::span<const uint32_t> surfels) {
+  reflectance::SharedReflectance rows{shared.white, shared.tables, shared.trust, {}, {}, {}};
+  for (const uint32_t surfel : surfels) {
+    rows.fibres.push_back(shared.fibres[surfel]);
+    rows.mixtures.push_back(shared.mixtures[surfel]);
+    rows.gains.push_back(shared.gains[surfel]);
+  }
+  return rows;
+}
+
 // Evenly chosen surfels of a model.
-Model sampleOf(const Model& model) {
-  std::vector<uint32_t> surfels;
-  const size_t step = std::max(size_t{1}, model.cloud.size() / kSurfels);
-  for (size_t surfel = step / 2; surfel < model.cloud.size(); surfel += step)
-    surfels.push_back(static_cast<uint32_t>(surfel));
-  return withSurfels(model, subsetOf(model.cloud, surfels), rowsOf(model.visibility, surfels),
-                     model.lightVisibility ? std::optional(rowsOf(*model.lightVisibility, surfels))
-                                           : std::nullopt);
+Model sampleOf(const Model& model, std::span<const uint32_t> surfels) {
+  Model sample = withSurfels(model, subsetOf(model.cloud, surfels), rowsOf(model.visibility, surfels),
+                             model.lightVisibility ? std::optional(rowsOf(*model.lightVisibility, surfels))
+                                                   : std::nullopt);
+  return sample;
+}
+
+// Evenly chosen numbers, about `few` of 0..count - 1.
+std::vector<uint32_t> evenlyChosen(size_t count, size_t few) {
+  std::vector<uint32_t> chosen;
+  const size_t step = std::max(size_t{1}, count / few);
+  for (size_t i = step / 2; i < count; i += step) chosen.push_back(static_cast<uint32_t>(i));
+  return chosen;
 }
 
 // A photograph to be predicted, and what is removed from the model to predict it. Its column is its number in
@@ -268,9 +289,10 @@ struct Fold {
   bool leavesView, leavesLight; // out; if neither, only the photograph
 };
 
-// Folds, spread evenly over cameras and lights. A capture with gaps loses single photographs; others
-// lose the camera, the light, or both in turn, as renderings may have new cameras, new lights, or both.
-std::vector<Fold> foldsOf(const Model& model) {
+// Folds, spread evenly over cameras and lights. A capture with gaps loses single photographs; others lose the
+// camera, the light, or both in turn, as renderings may have new cameras, new lights, or both. Only every
+// `step`-th camera or light leaves.
+std::vector<Fold> foldsOf(const Model& model, size_t step = 1) {
   std::vector<Fold> all;
   for (size_t view = 0; view < model.columns.size(); ++view)
     for (size_t column = 0; column < model.columns[view].size(); ++column)
@@ -278,12 +300,30 @@ std::vector<Fold> foldsOf(const Model& model) {
   std::vector<Fold> folds;
   const size_t count = std::min(kFolds, all.size()), views = model.rig.views.size(),
                lights = model.rig.lights.size();
+  const auto leaving = [step](size_t i) { return i - i % step; };
   for (size_t fold = 0; fold < count; ++fold) {
     const size_t view = fold * views / count, light = fold * 7919 % lights; // 7919 is prime
-    folds.push_back(model.isFullProduct ? Fold{view, light, light, fold % 3 != 1, fold % 3 != 0}
-                                        : all[fold * all.size() / count]);
+    const bool leavesView = fold % 3 != 1, leavesLight = fold % 3 != 0;
+    const size_t ofLight = leavesLight ? leaving(light) : light;
+    folds.push_back(model.isFullProduct
+                        ? Fold{leavesView ? leaving(view) : view, ofLight, ofLight, leavesView, leavesLight}
+                        : all[fold * all.size() / count]);
   }
   return folds;
+}
+
+// Photographs that no fold leaves out.
+IsUsed keptBy(const std::vector<Fold>& folds) {
+  std::set<size_t> views, lights;
+  std::set<std::pair<size_t, size_t>> photographs;
+  for (const Fold& fold : folds) {
+    if (fold.leavesView) views.insert(fold.view);
+    if (fold.leavesLight) lights.insert(fold.light);
+    photographs.insert({fold.view, fold.light});
+  }
+  return [=](size_t view, size_t light) {
+    return !views.contains(view) && !lights.contains(light) && !photographs.contains({view, light});
+  };
 }
 
 // The sample without what the fold leaves out. Visibility and normals stay those of the whole capture.
@@ -292,6 +332,7 @@ Model without(const Model& sample, const Fold& left) {
   Model rest = withSurfels(
       sample, sample.cloud, left.leavesView ? withoutColumn(sample.visibility, left.view) : sample.visibility,
       hasLess ? std::optional(withoutColumn(*sample.lightVisibility, left.light)) : sample.lightVisibility);
+  rest.shared = sample.shared;
   const auto at = [](auto& list, size_t index) { return list.begin() + static_cast<std::ptrdiff_t>(index); };
   if (left.leavesView) {
     rest.rig.views.erase(at(rest.rig.views, left.view));
@@ -384,50 +425,169 @@ struct Errors {
   }
 };
 
-} // namespace
+// Predicts photographs that are left out of a model.
+class LeaveOneOut {
+public:
+  // The model, of which `sample` are some surfels, must outlive this.
+  LeaveOneOut(const Model& model, Model sample, std::vector<Fold> folds, const Progress& progress)
+      : sample_(std::move(sample)), folds_(std::move(folds)), white_(static_cast<float>(model.white)),
+        cache_(model.files, size_t{256} << 20), progress_(progress) {}
 
-InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const Progress& progress) {
-  const size_t views = model.rig.views.size(), lights = model.rig.lights.size();
-  if (views < kFewest || lights < kFewest || model.cloud.size() == 0) return {};
-  const Model sample = sampleOf(model);
-  const std::vector<Candidate> candidates = candidatesFor(model, hasNormals);
-  codec::BlockCache cache(model.files, size_t{256} << 20);
-  shading::ShadingStats stats;
-  std::vector<Errors> errors(candidates.size()), ofKeptViews(candidates.size());
-  const std::vector<Fold> folds = foldsOf(model);
-  for (size_t fold = 0; fold < folds.size(); ++fold) {
-    progress("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds.size()));
-    const Fold& left = folds[fold];
-    weights::QueryBatch batch = queriesFor(sample, left.view, left.light);
-    if (batch.size() == 0) continue;
-    Model rest = without(sample, left);
-    const auto truth = shading::shade(truthOf(sample, batch, left.view, left.column), cache, stats);
-    const std::vector<float> reached = batch.reached;
-    for (size_t c = 0; c < candidates.size(); ++c) {
-      progress.checkpoint();
-      rest.interpolation = candidates[c].choice;
-      rest.lightBlend.foreshortened = candidates[c].foreshortened;
-      batch.reached = candidates[c].choice.shadows ? reached : std::vector<float>{};
-      shading::ShadingPlan plan = shading::planShading(rest, batch, {});
-      renumber(plan, left);
-      const std::vector<Rgb> predicted = shading::shade(plan, cache, stats);
-      const auto white = static_cast<float>(model.white);
-      errors[c].add(predicted, truth, white);
-      if (!left.leavesView) ofKeptViews[c].add(predicted, truth, white);
+  const Model& sample() const { return sample_; }
+  void setTrust(const std::vector<float>& trust) { sample_.shared->trust = trust; }
+  float white() const { return white_; }
+
+  // Calls use(fold, surfels, candidate, predicted, truth) for each fold that shows surfels, and each
+  // candidate.
+  template <class Use> void predict(std::span<const Candidate> candidates, const Use& use) {
+    for (size_t fold = 0; fold < folds_.size(); ++fold) {
+      progress_("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds_.size()));
+      const Fold& left = folds_[fold];
+      weights::QueryBatch batch = queriesFor(sample_, left.view, left.light);
+      if (batch.size() == 0) continue;
+      Model rest = without(sample_, left);
+      const auto truth = shading::shade(truthOf(sample_, batch, left.view, left.column), cache_, stats_);
+      const std::vector<float> reached = batch.reached;
+      for (size_t c = 0; c < candidates.size(); ++c) {
+        progress_.checkpoint();
+        rest.interpolation = candidates[c].choice;
+        rest.lightBlend.foreshortened = candidates[c].foreshortened;
+        batch.reached = candidates[c].choice.shadows ? reached : std::vector<float>{};
+        shading::ShadingPlan plan = shading::planShading(rest, batch, {});
+        renumber(plan, left);
+        use(left, batch.surfels, c, shading::shade(plan, cache_, stats_), truth);
+      }
     }
   }
-  if (errors[0].values == 0) return {};
+
+private:
+  Model sample_;
+  std::vector<Fold> folds_;
+  float white_;
+  codec::BlockCache cache_;
+  shading::ShadingStats stats_;
+  const Progress& progress_;
+};
+
+// Errors of a candidate over all folds, and over those whose camera stays.
+struct CandidateErrors {
+  Errors all, ofKeptViews;
+
+  void add(const Fold& left, std::span<const Rgb> predicted, std::span<const Rgb> truth, float white) {
+    all.add(predicted, truth, white);
+    if (!left.leavesView) ofKeptViews.add(predicted, truth, white);
+  }
+  // Whether the error is less than another's by `gain` dB, in both.
+  bool gains(const CandidateErrors& other, double gain) const {
+    const auto isLess = [gain](const Errors& own, const Errors& others) {
+      return others.values == 0 || own.db() >= others.db() + gain;
+    };
+    return isLess(all, other.all) && isLess(ofKeptViews, other.ofKeptViews);
+  }
+};
+
+// Selection between tables and another choice.
+struct TableSelection {
+  std::vector<float> trust; // in the model's tables
+  bool isBetter = false;    // with tables
+  double db = 0;            // of photographs that are left out, with tables
+};
+
+// Squared differences of logarithms with tables and without, by the table of largest weight at each surfel.
+class TableErrors {
+public:
+  explicit TableErrors(const reflectance::ReflectanceTables& tables) : sums_(tables.count()) {}
+
+  void add(const reflectance::TableMixture& mixture, size_t candidate, float error) {
+    const auto largest = std::ranges::max_element(mixture.weight) - mixture.weight.begin();
+    sums_[mixture.table[static_cast<size_t>(largest)]][candidate] += error;
+  }
+  std::vector<float> trust() const {
+    std::vector<float> all;
+    for (const auto& [with, without] : sums_)
+      all.push_back(reflectance::tableShare(static_cast<float>(with), static_cast<float>(without)));
+    return all;
+  }
+
+private:
+  std::vector<std::array<double, 2>> sums_;
+};
+
+// Candidates: with tables, without. Tables are tried that have not seen every fourth camera and light; these
+// are left out in turn of the photographs that correct them.
+TableSelection selectTables(const Model& model, std::span<const Candidate, 2> candidates,
+                            const Progress& progress) {
+  constexpr size_t kApart = 4;
+  std::vector<Fold> folds = foldsOf(model, kApart);
+  const SharedSample tried = shareSample(model, keptBy(folds), progress);
+  const std::vector<uint32_t> rows = evenlyChosen(tried.surfels.size(), kSurfels);
+  std::vector<uint32_t> surfels;
+  for (const uint32_t row : rows) surfels.push_back(tried.surfels[row]);
+  Model sample = sampleOf(model, surfels);
+  sample.shared = rowsOf(tried.shared, rows);
+  const std::vector<reflectance::TableMixture> mixtures = sample.shared->mixtures;
+  LeaveOneOut leaveOneOut(model, std::move(sample), std::move(folds), progress);
+
+  TableErrors ofTried(tried.shared.tables), ofModel(model.shared->tables);
+  leaveOneOut.predict(candidates, [&](const Fold&, std::span<const uint32_t> asked, size_t c,
+                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
+    for (size_t i = 0; i < asked.size(); ++i) {
+      const float error = reflectance::logError(predicted[i], truth[i], leaveOneOut.white());
+      ofTried.add(mixtures[asked[i]], c, error);
+      ofModel.add(model.shared->mixtures[surfels[asked[i]]], c, error);
+    }
+  });
+  leaveOneOut.setTrust(ofTried.trust());
+  std::array<CandidateErrors, 2> errors;
+  leaveOneOut.predict(candidates, [&](const Fold& left, std::span<const uint32_t>, size_t c,
+                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
+    errors[c].add(left, predicted, truth, leaveOneOut.white());
+  });
+  return {ofModel.trust(), errors[0].gains(errors[1], kTableGainDb), errors[0].all.db()};
+}
+
+} // namespace
+
+bool canLeaveOut(const Model& model) {
+  constexpr size_t kFewest = 4;
+  return model.rig.views.size() >= kFewest && model.rig.lights.size() >= kFewest && model.cloud.size() > 0;
+}
+
+InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const Progress& progress) {
+  if (!canLeaveOut(model)) return {};
+  LeaveOneOut leaveOneOut(model, sampleOf(model, evenlyChosen(model.cloud.size(), kSurfels)), foldsOf(model),
+                          progress);
+  const std::vector<Candidate> candidates = candidatesFor(model, hasNormals);
+  std::vector<CandidateErrors> errors(candidates.size());
+  leaveOneOut.predict(candidates, [&](const Fold& left, std::span<const uint32_t>, size_t c,
+                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
+    errors[c].add(left, predicted, truth, leaveOneOut.white());
+  });
+  if (errors[0].all.values == 0) return {};
   std::vector<double> db;
-  for (const Errors& each : errors) db.push_back(each.db());
+  for (const CandidateErrors& each : errors) db.push_back(each.all.db());
   const auto best = static_cast<size_t>(std::max_element(db.begin() + 1, db.end()) - db.begin());
-  InterpolationSelection selection{candidates[best].choice, candidates[best].foreshortened,
-                                   InterpolationSelection::LeftOut{db[best], db[0]}};
-  const auto gains = [best](const std::vector<Errors>& each) {
-    return each[0].values == 0 || each[best].db() >= each[0].db() + kGainDb;
-  };
-  if (!gains(errors) || !gains(ofKeptViews)) {
+  InterpolationSelection selection{
+      candidates[best].choice, candidates[best].foreshortened, {}, {{db[best], db[0]}}};
+  const bool usesKriging = errors[best].gains(errors[0], kGainDb);
+  if (!usesKriging) {
     selection.choice.kind = weights::Interpolation::separate;
     selection.leftOut->chosenDb = db[0];
+  }
+  if (!model.shared) return selection;
+
+  std::array<Candidate, 2> withTables{candidates[best], usesKriging ? candidates[best] : candidates[0]};
+  withTables[0].choice.kind = weights::Interpolation::shared;
+  withTables[0].choice.otherwise =
+      usesKriging ? weights::Interpolation::kriging : weights::Interpolation::separate;
+  withTables[0].foreshortened = withTables[1].foreshortened;
+  withTables[0].choice.shadows = true; // tables hold lit surfaces only
+  TableSelection tables = selectTables(model, withTables, progress);
+  selection.trust = std::move(tables.trust);
+  if (tables.isBetter) {
+    selection.choice = withTables[0].choice;
+    selection.foreshortened = withTables[0].foreshortened;
+    selection.leftOut->chosenDb = tables.db;
   }
   return selection;
 }

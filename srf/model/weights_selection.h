@@ -60,11 +60,15 @@ private:
   std::vector<Normal3<AcquisitionSpace>> normals_; // one for each texel
 };
 
+// True if the model has enough cameras and lights to leave one of each out.
+bool canLeaveOut(const Model& model);
+
 // Selects how photographs are weighted, by leave-one-out cross-validation: photographs are predicted by a
 // model that lacks their camera, their light, or both. No assumption about the material is needed.
 struct InterpolationSelection {
   weights::InterpolationChoice choice;
   bool foreshortened = false; // whether blends of pairs are foreshortened
+  std::vector<float> trust;   // in each of the model's tables (SharedReflectance)
   // Error of the predicted photographs, as the mean of the PSNR in linear light and after the sRGB curve:
   // with the choice, and with separate weights. Empty if there are too few cameras or lights.
   struct LeftOut {
@@ -78,8 +82,12 @@ struct InterpolationSelection {
 // those whose camera stays: leaving a camera out doubles the gap to the next, and in gaps kriging gains even
 // for glass, where it loses otherwise. The best settings of kriging are stored even then. Blends of pairs are
 // foreshortened if the model's light blend is; in a capture with gaps, which has no light blend, if there are
-// normals and the error is less. Reads blocks of the model's view files. Throws Error as ViewFile::read, and
-// Cancelled.
+// normals and the error is less.
+//
+// Tables are trusted as far as they predict photographs of the surfels that they describe better than kriging
+// does (tableShare), and used if the error is then less. They were fitted to all photographs, also to those
+// left out: one of thousands for a table, of dozens for a gain. Reads blocks of the model's view files.
+// Throws Error as ViewFile::read, and Cancelled.
 InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
                                            const Progress& progress = {});
 

@@ -26,6 +26,7 @@ Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const T
   const size_t stride = size_t{3} * tables.grid.size();
   Rgb mixed;
   for (size_t m = 0; m < kMixedTables; ++m) {
+    if (mixture.weight[m] == 0) continue;
     const Eigen::half* values = tables.values.data() + mixture.table[m] * stride;
     Rgb sum;
     for (size_t c = 0; c < corners.index.size(); ++c) {
@@ -89,6 +90,14 @@ void ReflectanceTables::add(std::span<const Rgb> nodes) {
   for (const Rgb& node : nodes)
     for (const float value : {node.r, node.g, node.b})
       values.push_back(Eigen::half(std::clamp(value, -kGreatestHalf, kGreatestHalf)));
+}
+
+std::vector<Rgb> ReflectanceTables::nodes(size_t table) const {
+  std::vector<Rgb> all;
+  const Eigen::half* value = values.data() + table * 3 * grid.size();
+  for (size_t node = 0; node < grid.size(); ++node, value += 3)
+    all.push_back({static_cast<float>(value[0]), static_cast<float>(value[1]), static_cast<float>(value[2])});
+  return all;
 }
 
 void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,

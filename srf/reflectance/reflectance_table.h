@@ -98,6 +98,8 @@ struct ReflectanceTables {
   size_t count() const { return values.size() / (3 * grid.size()); }
   // Adds a table (#grid.size()); values beyond the greatest half float are clamped.
   void add(std::span<const Rgb> nodes);
+  // Values of all stored nodes of a table.
+  std::vector<Rgb> nodes(size_t table) const;
 };
 
 // Mixture of tables at a surfel. Weights sum to 1; a table of weight 0 has no effect.
@@ -109,7 +111,7 @@ struct TableMixture {
 
 // Reflectance of queries by the tables: g k T, with T the mixture at the surfel of the tables' values, each
 // not below 0, k the link of table_coordinates.h, and g the gain (gains.h). All spans have one entry a query.
-// Costs 16 kMixedTables reads of three values a query; no query takes another branch than the others.
+// Costs 16 reads of three values a query and table of its mixture.
 void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
                         std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance);

@@ -3,11 +3,13 @@
 #include "srf/reflectance/clusters.h"
 #include "srf/reflectance/gains.h"
 #include "srf/reflectance/shared_table.h"
+#include "surfel/geometry/neighbors.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 namespace surflect::reflectance {
 
@@ -63,6 +65,39 @@ float weightIn(const TableMixture& mixture, size_t table) {
   return sum;
 }
 
+// Directions of photographs in frames that are turned to the fibres of their surfels.
+std::vector<HalfDifference<>> turnedDirections(const Photographs& photographs,
+                                               std::span<const Angle> fibres) {
+  std::vector<HalfDifference<>> directions(photographs.size());
+  tbb::parallel_for(size_t{0}, photographs.surfels(), [&](size_t s) {
+    for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i)
+      directions[i] = turned(photographs.directions[i], fibres[s]);
+  });
+  return directions;
+}
+
+// Fibres of surfels: the mean line of the nearest sampled surfels, weighted by a nearness that falls to 0
+// where another one becomes nearer.
+std::vector<Angle> fibresNear(const SharedReflectance& sample, const SurfelPlaces& sampled,
+                              const SurfelPlaces& surfels) {
+  constexpr size_t kBlended = 6;
+  const NeighborIndex index(sampled.places);
+  std::vector<Angle> fibres(surfels.size());
+  tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t s) {
+    const auto near = index.nearest(surfels.places[s], kBlended + 1);
+    const float end = near.size() > kBlended ? near.back().distance : std::numeric_limits<float>::infinity();
+    std::vector<Angle> lines;
+    std::vector<float> weights;
+    for (const auto& [neighbor, distance] : near) {
+      const Angle carried = carriedAngle(sampled.frames[neighbor], surfels.frames[s]);
+      lines.push_back(Angle::fromRadians(carried.radians() + sample.fibres[neighbor].radians()));
+      weights.push_back(end > 0 ? std::max(0.f, 1 - distance / end) : 1);
+    }
+    fibres[s] = meanLine(lines, weights);
+  });
+  return fibres;
+}
+
 // Predictions of all photographs by the mixtures of their surfels.
 std::vector<Rgb> mixedPredictions(const std::vector<std::vector<Rgb>>& ofTables,
                                   const Photographs& photographs, std::span<const TableMixture> mixtures) {
@@ -77,16 +112,20 @@ std::vector<Rgb> mixedPredictions(const std::vector<std::vector<Rgb>>& ofTables,
 
 } // namespace
 
-SharedReflectance shareReflectance(const Photographs& photographs,
-                                   std::span<const Point3<AcquisitionSpace>> places,
-                                   std::span<const SurfelFrame> frames, const SharingOptions& options,
-                                   const Progress& progress) {
+SharedReflectance shareReflectance(const Photographs& photographs, const SurfelPlaces& sampled,
+                                   const SharingOptions& options, const Progress& progress) {
   const size_t surfels = photographs.surfels();
+  const auto& [places, frames] = sampled;
   assert(places.size() == surfels && frames.size() == surfels);
   const Clusters clusters =
       findClusters(photographs, {.white = options.white, .mostClusters = options.mostTables}, progress);
 
-  SharedReflectance shared{{options.grid, {}}, std::vector<Angle>(surfels), {}, {}, {}};
+  SharedReflectance shared{options.white,
+                           {options.grid, {}},
+                           std::vector<float>(clusters.count, 1.f),
+                           std::vector<Angle>(surfels),
+                           {},
+                           {}};
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
     std::vector<uint32_t> members;
     for (uint32_t s = 0; s < surfels; ++s)
@@ -98,11 +137,7 @@ SharedReflectance shareReflectance(const Photographs& photographs,
     for (size_t i = 0; i < members.size(); ++i) shared.fibres[members[i]] = fibres[i];
   }
 
-  std::vector<HalfDifference<>> directions(photographs.size());
-  tbb::parallel_for(size_t{0}, surfels, [&](size_t s) {
-    for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i)
-      directions[i] = turned(photographs.directions[i], shared.fibres[s]);
-  });
+  const std::vector<HalfDifference<>> directions = turnedDirections(photographs, shared.fibres);
   Photographs along = photographs;
   along.directions = directions;
   const std::vector<TablePlace> gridPlaces = placesOf(options.grid, directions);
@@ -132,10 +167,55 @@ SharedReflectance shareReflectance(const Photographs& photographs,
     shared.tables.add(table.nodes);
     predictions.push_back(std::move(table.predictions));
   }
-  const std::vector<Rgb> predicted = mixedPredictions(predictions, along, shared.mixtures);
-  shared.gains = gainsOf(along, predicted, options.white);
-  shared.errors = leftOutErrors(along, predicted, options.white);
+  shared.gains = gainsOf(along, mixedPredictions(predictions, along, shared.mixtures), options.white);
   return shared;
+}
+
+SharedReflectance spreadReflectance(const SharedReflectance& sample, const SurfelPlaces& sampled,
+                                    const SurfelPlaces& surfels, const PhotographsOf& photographsOf,
+                                    const Progress& progress) {
+  const size_t count = surfels.size(), tables = sample.tables.count();
+  SharedReflectance all{
+      sample.white, sample.tables, sample.trust, fibresNear(sample, sampled, surfels), {}, {}};
+  std::vector<std::vector<Rgb>> nodes;
+  for (size_t table = 0; table < tables; ++table) nodes.push_back(sample.tables.nodes(table));
+
+  // Calls use(first surfel, photographs along the fibres, predictions of each table), part by part.
+  const auto forEachPart = [&](const auto& use) {
+    for (size_t begin = 0; begin < count; begin += kSurfelsAtOnce) {
+      progress.checkpoint();
+      const size_t end = std::min(count, begin + kSurfelsAtOnce);
+      const PhotographArrays own = photographsOf(begin, end);
+      const Photographs photographs = own.view();
+      const std::vector<HalfDifference<>> directions =
+          turnedDirections(photographs, std::span(all.fibres).subspan(begin, end - begin));
+      Photographs along = photographs;
+      along.directions = directions;
+      const std::vector<TablePlace> places = placesOf(sample.tables.grid, directions);
+      std::vector<std::vector<Rgb>> predictions;
+      for (const auto& ofTable : nodes)
+        predictions.push_back(predictionsOf(sample.tables.grid, ofTable, along, places));
+      use(begin, along, predictions);
+    }
+  };
+
+  std::vector<float> errors(count * tables);
+  forEachPart([&](size_t begin, const Photographs& photographs, const auto& predictions) {
+    for (size_t table = 0; table < tables; ++table) {
+      const std::vector<float> ofTable = leftOutErrors(photographs, predictions[table], sample.white);
+      for (size_t s = 0; s < ofTable.size(); ++s) errors[(begin + s) * tables + table] = ofTable[s];
+    }
+  });
+  errors = smoothedErrors(surfels.places, errors);
+  for (size_t s = 0; s < count; ++s)
+    all.mixtures.push_back(mixtureOf(std::span(errors).subspan(s * tables, tables)));
+  forEachPart([&](size_t begin, const Photographs& photographs, const auto& predictions) {
+    const auto mixtures = std::span(all.mixtures).subspan(begin, photographs.surfels());
+    const std::vector<Rgb> gains =
+        gainsOf(photographs, mixedPredictions(predictions, photographs, mixtures), sample.white);
+    all.gains.insert(all.gains.end(), gains.begin(), gains.end());
+  });
+  return all;
 }
 
 } // namespace surflect::reflectance

@@ -7,6 +7,9 @@
 //   4. Mixtures of tables at each surfel, by how well each predicts the surfel and its neighbours
 //   5. The tables anew, each surfel a member by its weight in the mixture
 //   6. Gains by the mixtures                                           gains.h
+//
+// Steps 1 to 5 look at a sample of the surfels; then each surfel of the surface gets the fibre of the sampled
+// surfels near it, and a mixture and gains by its own photographs.
 #pragma once
 
 #include "srf/reflectance/fibres.h"
@@ -16,6 +19,7 @@
 #include "surfel/math/space.h"
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -30,20 +34,38 @@ struct SharingOptions {
 };
 
 struct SharedReflectance {
+  float white = 1; // of SharingOptions
   ReflectanceTables tables;
+  // Trust in each table, 0..1: 1 where it predicts photographs that are left out better than photographs of
+  // the same surfel do.
+  std::vector<float> trust;
   // All below have one entry a surfel.
   std::vector<Angle> fibres; // the tables' frame is the given one, turned by this angle (turnedFrame)
   std::vector<TableMixture> mixtures;
   std::vector<Rgb> gains;
-  std::vector<float>
-      errors; // leftOutErrors of its photographs by mixture and gain, for tableShare; 0 without photographs
 };
 
-// Fits tables, mixtures and gains to photographs. places: in scene units (#surfels). frames: with the
-// surfels' normals, and any u (#surfels); directions of photographs are in these frames. Throws Cancelled.
-SharedReflectance shareReflectance(const Photographs& photographs,
-                                   std::span<const Point3<AcquisitionSpace>> places,
-                                   std::span<const SurfelFrame> frames, const SharingOptions& options,
-                                   const Progress& progress = {});
+// Surfels of a surface.
+struct SurfelPlaces {
+  std::span<const Point3<AcquisitionSpace>> places; // scene units
+  std::span<const SurfelFrame> frames;              // with the surfels' normals, and any u
+
+  size_t size() const { return places.size(); }
+};
+
+// Fits tables, mixtures and gains to photographs, whose directions are in the surfels' frames; every table
+// has trust 1. Throws Cancelled.
+SharedReflectance shareReflectance(const Photographs& photographs, const SurfelPlaces& surfels,
+                                   const SharingOptions& options, const Progress& progress = {});
+
+// Photographs of the surfels [begin, end), whose directions are in their frames. The same at each call.
+using PhotographsOf = std::function<PhotographArrays(size_t begin, size_t end)>;
+
+// The tables of a sample, with fibres, mixtures and gains of all surfels. Asks for the photographs of each
+// surfel twice, kSurfelsAtOnce at a time. Throws Cancelled.
+inline constexpr size_t kSurfelsAtOnce = 1 << 16;
+SharedReflectance spreadReflectance(const SharedReflectance& sample, const SurfelPlaces& sampled,
+                                    const SurfelPlaces& surfels, const PhotographsOf& photographsOf,
+                                    const Progress& progress = {});
 
 } // namespace surflect::reflectance

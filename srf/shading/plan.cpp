@@ -1,5 +1,6 @@
 #include "srf/shading/plan.h"
 
+#include "srf/shading/taps.h"
 #include "srf/weights/camera_weights.h"
 #include "srf/weights/light_weights.h"
 #include "srf/weights/pair_weights.h"
@@ -23,7 +24,7 @@ constexpr size_t kTargetsPerPlan = 512;
 class Emitter {
 public:
   // The field must outlive the emitter.
-  explicit Emitter(const weights::ReflectanceField& field) : alpha_(field.alpha) {
+  explicit Emitter(const weights::ReflectanceField& field) : alpha_(field.alpha), files_(field.files) {
     for (const capture::View& view : field.rig.views) projectors_.emplace_back(view.camera);
   }
 
@@ -45,8 +46,17 @@ public:
                         static_cast<uint32_t>(end)});
   }
 
+  // Whether a view shows the object at a place: projects it to a texel in a stored block. Views without a
+  // file show it wherever it projects.
+  bool isShown(const Point3<AcquisitionSpace, double>& place, uint32_t view) const {
+    const auto pixel = projectors_[view](place);
+    if (!pixel || files_.empty()) return pixel.has_value();
+    return storesTexel(files_[view], static_cast<float>(pixel->x), static_cast<float>(pixel->y));
+  }
+
 private:
   std::span<const codec::AlphaPlane> alpha_;                     // one for each view, or none
+  std::span<const codec::ViewFile> files_;                       // likewise
   std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
 };
 
@@ -96,6 +106,11 @@ public:
     }
   }
 
+  // Replaces the batch's irradiance from a query on (#lights a query); it must outlive the next plan.
+  void setIrradiance(std::span<const Rgb> irradiance, size_t firstQuery) {
+    lights_.setIrradiance(irradiance, firstQuery);
+  }
+
 private:
   // Row of a capture under fixed illumination: its only column, unchanged.
   static weights::LightWeights::Row fixedLight(weights::LightRows& rows) {
@@ -122,25 +137,29 @@ public:
         viewColor_(weights::blendColors(field.rig.views.size())),
         lightColor_(weights::blendColors(field.rig.lights.size())),
         environmentBrightness_(weights::environmentBrightness(batch)) {
-    if (field.isFullProduct && !batch.environments.empty())
-      environments_.emplace(field, coverage, batch, options, weights::LightSources::environments);
+    isSeparate_ = isSeparateBesideTables(field, options);
+    if (isSeparate_ || (field.isFullProduct && !batch.environments.empty()))
+      product_.emplace(field, coverage, batch, options,
+                       isSeparate_ ? weights::LightSources::all : weights::LightSources::environments);
   }
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     firstPlace_ = batch_.placeBegin(begin);
+    left_.clear();
     for (size_t first = begin; first < end; first += weights::kQueryLanes) {
       const size_t count = std::min(weights::kQueryLanes, end - first);
       pairs_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) planQuery(first + lane, pairs_.select(lane), plan);
     }
-    if (environments_) environments_->plan(begin, end, plan);
+    if (isSeparate_) product_->setIrradiance(left_, begin);
+    if (product_) product_->plan(begin, end, plan);
   }
 
 private:
   void planQuery(size_t query, const weights::BestView& best, ShadingPlan& plan) {
     cameraColor_ = lightBlendColor_ = {};
     for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
-    if (!environments_)
+    if (!product_)
       for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
     for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
          ++i) {
@@ -163,10 +182,20 @@ private:
 
   // The pairs of one view become one operation.
   void planLight(size_t query, size_t l, ShadingPlan& plan) {
-    const auto [weights, scale, lacksState] = pairs_.blend(l);
+    pairs_.setLight(l);
+    Rgb irradiance = batch_.irradiance[query * batch_.lights + l];
+    if (const auto shared = pairs_.shared()) {
+      planShared(query, l, *shared, plan);
+      irradiance = (1 - shared->share) * irradiance;
+    }
+    if (isSeparate_) {
+      left_.push_back(irradiance);
+      return;
+    }
+    if (irradiance == Rgb{}) return;
+    const auto [weights, scale, lacksState] = pairs_.blend();
     const weights::CapturedPairs& pairs = pairs_.pairs();
     if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
-    const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto sources = static_cast<float>(batch_.sources());
     for (auto first = weights.begin(); first != weights.end();) {
       const uint32_t view = pairs[first->index].view;
@@ -184,6 +213,43 @@ private:
       cameraColor_ = cameraColor_ + ofView / sources * viewColor_[view];
       first = last;
     }
+  }
+
+  // The photographs that correct the tables: one operation each. A photograph that does not show a place
+  // counts as its prediction, so that it corrects nothing there.
+  void planShared(size_t query, size_t l, const weights::PairWeights::Shared& shared, ShadingPlan& plan) {
+    const auto& [photographs, predicted, offset] = shared.blend;
+    const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
+    const float share = shared.share * shared.fade;
+    const size_t target = plan.targetsPerPlace - batch_.lights + l;
+    const auto sources = static_cast<float>(batch_.sources());
+    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place)
+      offsetAt(plan, place, target) =
+          share * field_.shared->gains[batch_.placeAt(place)] * (irradiance * offset);
+    for (size_t i = 0; i < photographs.size(); ++i) {
+      const auto [number, factor] = photographs[i];
+      if (factor == 0) continue;
+      const auto [view, column, light] = pairs_.pairs()[number];
+      const size_t row = plan.rows.lights.size();
+      plan.rows.add(column, share * factor / std::abs(factor) * pairs_.ratio(irradiance, light));
+      for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place) {
+        const uint32_t surfel = batch_.placeAt(place);
+        const auto p0 = field_.cloud.p0[surfel].cast<double>();
+        if (emitter_.isShown(p0, view)) {
+          emitter_.emit(p0, (place - firstPlace_) * plan.targetsPerPlace + target, view, std::abs(factor),
+                        row, row + 1, plan);
+        } else {
+          Rgb& sum = offsetAt(plan, place, target);
+          sum = sum + share * factor * field_.shared->gains[surfel] * (irradiance * predicted[i]);
+        }
+      }
+      cameraColor_ = cameraColor_ + share * factor / sources * viewColor_[view];
+      lightBlendColor_ = lightBlendColor_ + share * factor / sources * lightColor_[light];
+    }
+  }
+
+  Rgb& offsetAt(ShadingPlan& plan, size_t place, size_t target) const {
+    return plan.offsets[(place - firstPlace_) * plan.targetsPerPlace + target];
   }
 
   // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
@@ -224,7 +290,10 @@ private:
   const weights::ReflectanceField& field_;
   const weights::QueryBatch& batch_;
   weights::PairWeights pairs_;
-  std::optional<ProductPlanner> environments_; // if every camera has every light
+  // Cameras and lights apart: of environments, if every camera has every light, or of all that tables leave.
+  std::optional<ProductPlanner> product_;
+  bool isSeparate_ = false; // the product answers lights where tables do not
+  std::vector<Rgb> left_;   // irradiance that tables leave, of the lights of the planned queries
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
@@ -246,6 +315,11 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
                 ": the script, or the photographs to compare with, must name a light; `evaluate --script` "
                 "takes one with [[light]]")
         .in(field.folder);
+  if (interpolationOf(field, options) == weights::Interpolation::shared && !isFixed && !field.shared)
+    throw Error::mismatch("a model with tables",
+                          "none: pack its capture again, opaque and with at least 4 cameras and lights")
+        .at("interpolation shared")
+        .in(field.folder);
   if (options.foreshortened.value_or(false) &&
       (isFixed || (!field.isFullProduct && !usesKriging(field, options))))
     throw Error::mismatch("photographs under all lights from all cameras, or --interpolation kriging",
@@ -255,6 +329,11 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
 }
 
 } // namespace
+
+void addOffsets(const ShadingPlan& plan, std::span<Rgb> radiance) {
+  for (size_t target = 0; target < plan.offsets.size(); ++target)
+    radiance[target] = reflectance::positive(radiance[target] + plan.offsets[target]);
+}
 
 void meanAlpha(ShadingPlan& plan) {
   plan.alpha.assign(plan.alphaSums.size() / plan.targetsPerPlace, 0);
@@ -277,7 +356,10 @@ struct ShadingPlanner::Impl {
   bool usesAlpha = options.usesAlpha && !field.alpha.empty();
   bool isProduct =
       hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
-  size_t targetsPerPlace = isProduct ? 1 : std::max(size_t{1}, batch.sources());
+  bool hasTables = !isProduct && usesTables(field, options);
+  size_t targetsPerPlace =
+      (isProduct || isSeparateBesideTables(field, options) ? 1 : std::max(size_t{1}, batch.sources())) +
+      (hasTables ? batch.lights : 0);
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options,
                                weights::LightSources::all)
@@ -313,6 +395,7 @@ void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
   plan.ops.clear();
   plan.rows.clear();
   plan.unseen = plan.unmatchedShadows = 0;
+  plan.offsets.assign(impl_->hasTables ? plan.targets() : 0, {});
   plan.confidence.resize(plan.places);
   const size_t blends = impl_->options.showsBlends ? plan.places : 0;
   plan.alphaSums.assign(impl_->usesAlpha ? plan.targets() : 0, {});

@@ -8,7 +8,9 @@
 // object. Radiance is premultiplied by alpha, since photographs are blended over one background. [Weyrich
 // 2005, §5.2 and §5.3]
 //
-// Where cameras and lights are not weighted apart (pair_weights.h), w_il stands for w_i w_l.
+// Where cameras and lights are not weighted apart (pair_weights.h), w_il stands for w_i w_l. Where tables
+// answer with them (shared_weights.h), a place has further targets: one for each light, of the photographs
+// that correct the tables, and a colour that is added to their sum.
 #pragma once
 
 #include "srf/weights/light_table.h"
@@ -45,8 +47,12 @@ struct ShadingPart {
 struct ShadingPlan {
   size_t places = 0; // of all planned queries
   // 1, or with weights of pairs the number of lights and environments: each then has a target of its own at
-  // every place, and an operation that shows background is compensated by operations of the same light.
+  // every place, and an operation that shows background is compensated by operations of the same light. With
+  // tables, a second target of each light follows.
   size_t targetsPerPlace = 1;
+  // With tables, one per target: radiance that is added to that of the photographs. Their sum counts as at
+  // least 0.
+  std::vector<Rgb> offsets;
   std::vector<ShadingOp> ops;
   weights::LightRows rows;
   // One per place: confidenceOf (ulr.h) its best view's penalty. Neither lights nor missing texels affect it.
@@ -65,6 +71,9 @@ struct ShadingPlan {
   size_t targets() const { return places * targetsPerPlace; }
   ShadingPart part() const { return {ops, &rows, targets()}; }
 };
+
+// Adds the offsets of a plan to the radiance of its targets.
+void addOffsets(const ShadingPlan& plan, std::span<Rgb> radiance);
 
 // Sets the alpha of each place to the mean over its targets, of which those without a look-up do not count.
 void meanAlpha(ShadingPlan& plan);

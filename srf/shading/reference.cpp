@@ -14,10 +14,15 @@
 // Under kriging, with w_ij as in srf/weights/pair_weights.h:
 //   L = sum_q f_q sum_ij w_ij a_i E_q / E_j X_ij(x_i)
 //
+// Where tables answer with it, L has a share 1 - m of that, and m of the radiance in
+// srf/weights/shared_weights.h.
+//
 // Otherwise, a capture with gaps has weights of pairs:
 //   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij a_i E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
 
+#include "srf/shading/taps.h"
+#include "srf/weights/fades.h"
 #include "srf/weights/fallback_view.h"
 #include "srf/weights/irradiance_ratio.h"
 #include "srf/weights/light_weights.h"
@@ -127,7 +132,13 @@ public:
       : field_(field), batch_(batch), options_(options), how_(lightBlend(field, options)),
         coverage_(weights::lightDirections(field)) {
     plan.places = batch.placeBegin(batch.size());
-    plan.targetsPerPlace = isProduct() ? 1 : batch.sources();
+    const bool hasTables = !isProduct() && usesTables(field, options);
+    isSeparate_ = isSeparateBesideTables(field, options);
+    plan.targetsPerPlace =
+        (isProduct() || isSeparate_ ? 1 : batch.sources()) + (hasTables ? batch.lights : 0);
+    plan.offsets.resize(hasTables ? plan.targets() : 0);
+    for (size_t table = 0; hasTables && table < field.shared->tables.count(); ++table)
+      nodes_.push_back(field.shared->tables.nodes(table));
     plan.alphaSums.resize(options.usesAlpha && !field.alpha.empty() ? plan.targets() : 0);
   }
 
@@ -143,19 +154,23 @@ public:
     plan.confidence.resize(placeEnd_, weights::confidenceOf(best));
     const std::vector<QueryLight> lights = lightsOf(batch_, query);
     if (isProduct()) return addProduct(lights, 0);
-    std::vector<QueryLight> ofEnvironments;
-    for (const QueryLight& light : lights) {
+    const auto reachedOf = [&](const QueryLight& light) {
+      return batch_.reached.empty() ? std::nullopt
+                                    : std::optional(batch_.reached[query * batch_.lights + light.target]);
+    };
+    std::vector<QueryLight> ofProduct;
+    for (QueryLight light : lights) {
       const bool isOfEnvironment = light.target >= batch_.lights;
-      if (field_.isFullProduct && isOfEnvironment)
-        ofEnvironments.push_back(light);
+      if (isSeparate_ && !isOfEnvironment)
+        light.irradiance = (1 - addShared(light, reachedOf(light))) * light.irradiance;
+      if (isSeparate_ || (field_.isFullProduct && isOfEnvironment))
+        ofProduct.push_back(light);
       else if (isOfEnvironment || !usesKriging(field_, options_))
         addUlr(light);
       else
-        addKriging(light, !batch_.reached.empty()
-                              ? std::optional(batch_.reached[query * batch_.lights + light.target])
-                              : std::nullopt);
+        addKriging(light, reachedOf(light));
     }
-    if (!ofEnvironments.empty()) addProduct(ofEnvironments, batch_.lights);
+    if (!ofProduct.empty()) addProduct(ofProduct, isSeparate_ ? 0 : batch_.lights);
   }
 
   ShadingPlan plan;
@@ -312,7 +327,8 @@ private:
       for (const KrigedPair& pair : exchangedPairs(source, reached, share)) pairs.push_back(pair);
     const weights::BlendSet weights =
         krigingWeights(pairs, pairPlace(source.towards, towardsView_, state, scales(reached)));
-    float scale = covered(source);
+    const float tables = plan.offsets.empty() ? 0 : addShared(source, reached);
+    float scale = (1 - tables) * covered(source);
     if (how_.foreshortened) {
       float blended = 0;
       for (const auto& [number, w] : weights) {
@@ -322,6 +338,115 @@ private:
       scale *= weights::foreshortening(state * cosine(source.towards), blended);
     }
     for (const auto& [number, w] : weights) emitPair(source, pairs[number].pair, w, scale);
+  }
+
+  // Reflectance by tables, without gain.
+  Eigen::Vector3d predicted(const Direction3<reflectance::SurfelSpace, double>& view,
+                            const Direction3<reflectance::SurfelSpace, double>& light) const {
+    const reflectance::TableMixture& mixture = field_.shared->mixtures[surfel_];
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (size_t m = 0; m < reflectance::kMixedTables; ++m) {
+      const auto value = lookUpReference(field_.shared->tables.grid, nodes_[mixture.table[m]],
+                                         reflectance::halfDifference(view, light));
+      sum += mixture.weight[m] * Eigen::Map<const Eigen::Vector3d>(value.data()).cwiseMax(0);
+    }
+    return reflectance::tableLink(light.z(), view.z()) * sum;
+  }
+
+  // Photographs that may correct the tables, with the additional nugget's factor still to be applied.
+  std::vector<KrigedPair> litPairs(const QueryLight& source, std::optional<float> reached) const {
+    float share = 0;
+    std::vector<KrigedPair> pairs = krigedPairs(source, reached, share);
+    for (KrigedPair& pair : pairs) {
+      const auto& [i, column, j] = pair.pair;
+      pair.place = pairPlace(towardsLight(j), towardsView(i), 1, weights::kResidualScales);
+      pair.confidence *= 1 - std::max(0.f, reached.value_or(1) - reachedBy(j, 1.f));
+    }
+    return pairs;
+  }
+
+  // Adds the answer of the tables for a light; returns its share of the light's whole answer.
+  float addShared(const QueryLight& source, std::optional<float> reached) {
+    const reflectance::SharedReflectance& shared = *field_.shared;
+    const Rotation<reflectance::SurfelSpace, AcquisitionSpace> inFrame(
+        turnedFrame(reflectance::SurfelFrame(rotationOf<float>(field_.cloud.r0[surfel_])),
+                    shared.fibres[surfel_])
+            .cast<double>()
+            .matrix()
+            .transpose());
+    const auto view = inFrame(towardsView_.cast<double>()), light = inFrame(source.towards.cast<double>());
+    double trust = 0;
+    for (size_t m = 0; m < reflectance::kMixedTables; ++m)
+      trust += shared.mixtures[surfel_].weight[m] * shared.trust[shared.mixtures[surfel_].table[m]];
+    const double lit = reached ? *reached : weights::terminatorFade(light.z());
+    const auto share =
+        static_cast<float>(covered(source) * trust * lit * weights::smoothStep(0, 0.2, view.z()));
+    if (share <= 0) return 0;
+
+    const weights::PairPlace asked = pairPlace(source.towards, towardsView_, 1, weights::kResidualScales);
+    const std::vector<KrigedPair> pairs = litPairs(source, reached);
+    const size_t count = pairCount(field_, options_);
+    weights::NearestCandidates nearest(count);
+    for (uint32_t pair = 0; pair < pairs.size(); ++pair)
+      if (pairs[pair].confidence > 0)
+        nearest.offer({pair, weights::krigingPenalty(pairs[pair].place, asked) / pairs[pair].confidence});
+    const auto sorted = nearest.sorted();
+    const float threshold = sorted.size() > count ? sorted.back().penalty : weights::kInfinity;
+    const auto& rgb = shared.gains[surfel_];
+    const Eigen::Vector3d gain(rgb.r, rgb.g, rgb.b);
+    const auto scaleOf = [&](const Eigen::Vector3d& value, double cosine) { // s
+      return 0.05 * shared.white * std::max(cosine, 0.15) + gain.cwiseProduct(value).mean();
+    };
+    std::vector<weights::KrigingSample> samples;
+    std::vector<Eigen::Vector3d> predictions;
+    std::vector<double> scales;
+    for (const auto& [pair, p] : sorted.first(std::min(count, sorted.size()))) {
+      const auto& [i, column, j] = pairs[pair].pair;
+      const auto v = inFrame(towardsView(i).cast<double>()), l = inFrame(towardsLight(j).cast<double>());
+      predictions.push_back(predicted(v, l));
+      scales.push_back(scaleOf(predictions.back(), std::max(0.0, l.z())));
+      const double u = gain.cwiseProduct(predictions.back()).mean();
+      const auto slope = [](double cosine) { return std::clamp(cosine / 0.3, 1e-3, 1.0); };
+      const double distrust =
+          2 * u / (u + 0.3 * shared.white) + 0.1 * (1 / (slope(l.z()) * slope(v.z())) - 1);
+      const double away = 1 - weights::matern52(double{weights::squaredDistance(pairs[pair].place, asked)});
+      samples.push_back({pair, pairs[pair].place,
+                         weights::nuggetOf(threshold > 0 ? p / threshold : 0, pairs[pair].confidence) +
+                             static_cast<float>(away * distrust)});
+    }
+    const std::vector<double> w = simpleKrigingWeightsReference(samples, asked);
+    const Eigen::Vector3d own = predicted(view, light);
+    const double scale = scaleOf(own, std::max(0.0, light.z()));
+    const auto add = [&](size_t place, const Eigen::Vector3d& value) {
+      const Rgb& g = shared.gains[batch_.placeAt(place)];
+      Rgb& sum = plan.offsets[(place + 1) * plan.targetsPerPlace - batch_.lights + source.target];
+      sum = sum + share * g *
+                      (source.irradiance * Rgb{static_cast<float>(value[0]), static_cast<float>(value[1]),
+                                               static_cast<float>(value[2])});
+    };
+    for (size_t place = placeBegin_; place < placeEnd_; ++place) add(place, own);
+    for (size_t k = 0; k < samples.size(); ++k) {
+      const Pair& pair = pairs[samples[k].index].pair;
+      const double factor = scale * w[k] / scales[k];
+      if (factor == 0) continue;
+      plan.rows.add(pair.column, (factor < 0 ? -share : share) * ratio(source, pair.light));
+      const size_t row = plan.rows.lights.size() - 1;
+      for (size_t place = placeBegin_; place < placeEnd_; ++place) {
+        add(place, -factor * predictions[k]);
+        const auto pixel =
+            field_.rig.views[pair.view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>());
+        if (pixel &&
+            storesTexel(field_.files[pair.view], static_cast<float>(pixel->x), static_cast<float>(pixel->y)))
+          plan.ops.push_back(
+              {static_cast<uint32_t>((place + 1) * plan.targetsPerPlace - batch_.lights + source.target),
+               pair.view, static_cast<float>(pixel->x), static_cast<float>(pixel->y),
+               static_cast<float>(std::abs(factor)), static_cast<uint32_t>(row),
+               static_cast<uint32_t>(row + 1)});
+        else
+          add(place, factor * predictions[k]); // as if it agreed with the tables
+      }
+    }
+    return share / covered(source);
   }
 
   // p_i; with pairs, p_i + 1 - cos theta_qj.
@@ -402,6 +527,8 @@ private:
   const ShadeOptions& options_;
   const weights::LightBlend how_;
   const weights::LightExtrapolationFade coverage_;
+  std::vector<std::vector<Rgb>> nodes_; // of each table
+  bool isSeparate_ = false;             // beside tables
   // State of the current query.
   uint32_t surfel_ = 0;
   Point3<AcquisitionSpace, double> p0_;
@@ -423,8 +550,14 @@ ShadingPlan planReference(const ReflectanceField& field, const QueryBatch& batch
 std::vector<Eigen::Vector3d> shadeReference(const ShadingPlan& plan, codec::BlockCache& cache) {
   const auto ofTargets = executeReference(plan.ops, plan.rows, plan.targets(), cache);
   std::vector<Eigen::Vector3d> radiance(plan.places, Eigen::Vector3d::Zero());
-  for (size_t target = 0; target < ofTargets.size(); ++target)
-    radiance[target / plan.targetsPerPlace] += ofTargets[target];
+  for (size_t target = 0; target < ofTargets.size(); ++target) {
+    Eigen::Vector3d sum = ofTargets[target];
+    if (!plan.offsets.empty()) {
+      const auto& [r, g, b] = plan.offsets[target];
+      sum = (sum + Eigen::Vector3d(r, g, b)).cwiseMax(0);
+    }
+    radiance[target / plan.targetsPerPlace] += sum;
+  }
   return radiance;
 }
 

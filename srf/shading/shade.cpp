@@ -53,7 +53,13 @@ public:
       all += watch.seconds();
     });
     if (lap_) lap_(all > 0 ? planning / all : 1);
-    append(summed(queue_.finish(), planner_.targetsPerPlace()), shaded.radiance);
+    std::vector<Rgb> targets = queue_.finish();
+    size_t first = 0; // target of the plan
+    for (const ShadingPlan& plan : plans) {
+      addOffsets(plan, std::span(targets).subspan(first, plan.targets()));
+      first += plan.targets();
+    }
+    append(summed(std::move(targets), planner_.targetsPerPlace()), shaded.radiance);
     for (const ShadingPlan& plan : plans) {
       append(plan.confidence, shaded.confidence);
       append(plan.alpha, shaded.alpha);
@@ -78,7 +84,9 @@ private:
 
 std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,
                        const Progress& progress) {
-  return summed(execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress), plan.targetsPerPlace);
+  std::vector<Rgb> targets = execute(plan.ops, plan.rows, plan.targets(), cache, stats, progress);
+  addOffsets(plan, targets);
+  return summed(std::move(targets), plan.targetsPerPlace);
 }
 
 Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& batch,

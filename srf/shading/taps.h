@@ -146,6 +146,14 @@ struct StoredPoint {
   float x = 0, y = 0; // pixels
 };
 
+// Whether a look-up at finite (x, y) finds a texel in a stored block.
+inline bool storesTexel(const codec::ViewFile& view, float x, float y) {
+  bool isStored = false;
+  forEachBlock(TexelPosition::at(view.header(), x, y),
+               [&](codec::BlockPosition block) { isStored |= view.find(block).has_value(); });
+  return isStored;
+}
+
 // The stored point nearest to (x, y); empty if the view stores nothing. Among equally near points, returns
 // the first one found when searching rings of blocks around the block of (x, y).
 std::optional<StoredPoint> nearestStored(const codec::ViewFile& view, float x, float y);

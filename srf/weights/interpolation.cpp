@@ -18,12 +18,23 @@ LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options
 }
 
 size_t pairCount(const ReflectanceField& field, const ShadeOptions& options) {
-  return options.pairs.value_or(interpolationOf(field, options) == Interpolation::kriging ? 6 : 4);
+  return options.pairs.value_or(interpolationOf(field, options) >= Interpolation::kriging ? 6 : 4);
 }
 
 bool usesKriging(const ReflectanceField& field, const ShadeOptions& options) {
   return !field.rig.lights.empty() && !options.nearest &&
-         interpolationOf(field, options) == Interpolation::kriging;
+         interpolationOf(field, options) >= Interpolation::kriging;
+}
+
+bool usesTables(const ReflectanceField& field, const ShadeOptions& options) {
+  return usesKriging(field, options) && interpolationOf(field, options) == Interpolation::shared &&
+         field.shared;
+}
+
+bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options) {
+  const InterpolationChoice& choice = field.interpolation;
+  const Interpolation otherwise = choice.kind == Interpolation::shared ? choice.otherwise : choice.kind;
+  return usesTables(field, options) && field.isFullProduct && otherwise == Interpolation::separate;
 }
 
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options) {

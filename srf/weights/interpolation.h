@@ -8,7 +8,8 @@
 //   environments             with gaps       ULR of photographed pairs        ULR of photographed pairs
 //
 // A full product has a photograph of every camera under every light. Cameras: camera_weights.h, lights:
-// light_weights.h, pairs: pair_weights.h.
+// light_weights.h, pairs: pair_weights.h. Shared interpolation answers directional and point lights by tables
+// as far as they are trusted (shared_weights.h), and else as separate or kriging.
 #pragma once
 
 #include "srf/weights/light_blend.h"
@@ -27,10 +28,11 @@ enum class Interpolation {
   paper,    // cameras and lights each by their own angle  [Weyrich 2005, §5.2]
   separate, // likewise, with the model's light blend, and surfels weighted by confidence
   kriging,  // kriging over (camera, light) pairs (kriging.h)
+  shared,   // tables shared over the surface, corrected by photographs (shared_weights.h)
 };
 
 constexpr std::string_view nameOf(Interpolation interpolation) {
-  constexpr std::array<std::string_view, 3> kNames{"paper", "separate", "kriging"};
+  constexpr std::array<std::string_view, 4> kNames{"paper", "separate", "kriging", "shared"};
   return kNames[static_cast<size_t>(interpolation)];
 }
 
@@ -42,6 +44,8 @@ struct InterpolationChoice {
   // Under kriging, whether shadow states are used (shadow_state.h). Wrong where light passes through the
   // object.
   bool shadows = true;
+  // Under shared, separate or kriging: what answers where tables do not.
+  Interpolation otherwise = Interpolation::kriging;
 
   friend bool operator==(const InterpolationChoice&, const InterpolationChoice&) = default;
 };
@@ -56,8 +60,14 @@ LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options
 // ULR. Six move highlights more smoothly than four; ULR hardly gains by them.
 size_t pairCount(const ReflectanceField& field, const ShadeOptions& options);
 
-// True if directional and point lights are answered by kriging.
+// True if directional and point lights are answered by pairs of cameras and lights: kriging or tables.
 bool usesKriging(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if tables answer directional and point lights.
+bool usesTables(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if cameras and lights are weighted apart where tables do not answer.
+bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if cameras and lights are weighted apart for directional and point lights.
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);

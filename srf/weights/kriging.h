@@ -105,7 +105,15 @@ struct KrigingSample {
 // the sum 1: radiance stays positive. Costs about n^3 / 6 + 10 n^2 products.
 BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
 
+// Weights of simple kriging, for values whose mean is 0: w = C^-1 c [Rasmussen 2006, Eq. 2.25]. They may be
+// negative, and their sum falls from 1 to 0 with the distance from all samples.
+BlendSet simpleKrigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
+
 // Same weights by the whole system with its multiplier, in double precision: the reference of krigingWeights.
 std::vector<double> krigingWeightsReference(std::span<const KrigingSample> samples, const PairPlace& asked);
+
+// Reference of simpleKrigingWeights.
+std::vector<double> simpleKrigingWeightsReference(std::span<const KrigingSample> samples,
+                                                  const PairPlace& asked);
 
 } // namespace surflect::weights

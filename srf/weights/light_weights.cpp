@@ -114,7 +114,7 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   for (size_t l = 0; l < lightCount_; ++l) {
     const auto& towards = batch_.towardsLight[query * batch_.lights + l];
     const BlendSet blend = blendOf(ulrOfLight_[l], lane, towards, batch_.extrapolationOf(l));
-    const Rgb now = foreshorteningOf(blend, towards) * batch_.irradiance[query * batch_.lights + l];
+    const Rgb now = foreshorteningOf(blend, towards) * irradianceOf(query, l);
     for (const auto& [light, weight] : blend) addToBlendColor(light, weight * share);
     if (now == Rgb{}) continue;
     if (hasShortRows_)
@@ -134,10 +134,10 @@ void LightWeights::appendGroup(LightRows& rows) {
   rows.weights.resize(next + count_ * lightCount_ * lightBlend_.lights);
   rowEnds_[0] = rows.lights.size();
   for (size_t lane = 0; lane < count_; ++lane) {
-    size_t entry = (begin_ + lane) * batch_.lights;
-    for (const QueryBlends& ulr : ulrOfLight_) {
+    for (size_t l = 0; l < ulrOfLight_.size(); ++l) {
+      const QueryBlends& ulr = ulrOfLight_[l];
       assert(ulr.size() == lightBlend_.lights);
-      const Rgb& now = batch_.irradiance[entry++];
+      const Rgb& now = irradianceOf(begin_ + lane, l);
       if (now == Rgb{}) continue;
       const auto begin = static_cast<uint32_t>(next);
       for (size_t i = 0; i < ulr.size(); ++i) {

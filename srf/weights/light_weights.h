@@ -57,6 +57,12 @@ public:
   LightWeights(const ReflectanceField& field, const LightExtrapolationFade& coverage, const QueryBatch& batch,
                const ShadeOptions& options, LightSources sources);
 
+  // Replaces the batch's irradiance from a query on (#lights a query); it must outlive the next rows.
+  void setIrradiance(std::span<const Rgb> irradiance, size_t firstQuery) {
+    irradiance_ = irradiance;
+    firstQuery_ = firstQuery;
+  }
+
   // Computes ULR weights of the queries from `begin` on (1..kQueryLanes), in vector lanes. Appends the rows
   // at once if no query of the group needs anything beyond these weights.
   void prepare(size_t begin, size_t count, LightRows& rows);
@@ -87,6 +93,10 @@ private:
     std::vector<uint64_t> isSet_; // one bit for each light
   };
 
+  const Rgb& irradianceOf(size_t query, size_t light) const {
+    return irradiance_.empty() ? batch_.irradiance[query * batch_.lights + light]
+                               : irradiance_[(query - firstQuery_) * batch_.lights + light];
+  }
   void appendGroup(LightRows& rows);
   void appendLight(const Rgb& now, const BlendSet& blend, LightRows& rows) const;
   BlendSet blendOf(const QueryBlends& ulr, size_t lane, const Direction3<AcquisitionSpace>& towards,
@@ -111,7 +121,9 @@ private:
   const LightBlend lightBlend_;
   const bool hasShortRows_; // true if the row has so few weights that captured lights rarely repeat
   const bool showsColors_;
-  CapturedLights lights_; // at the current query
+  CapturedLights lights_;           // at the current query
+  std::span<const Rgb> irradiance_; // empty: that of the batch
+  size_t firstQuery_ = 0;
   size_t begin_ = 0, count_ = 0;
   // u_ql; lanes are queries, or lights of an environment at one query.
   NearestLights ulr_, environmentUlr_;

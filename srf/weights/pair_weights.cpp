@@ -88,19 +88,18 @@ NearestCandidates KrigingWeights::nearestLights(const Direction3<AcquisitionSpac
 
 // A pair leaves the blend as its distance grows, or as the confidence in its view or light falls.
 template <class CandidateAt>
-BlendSet KrigingWeights::weightsOf(const NearestCandidates& nearest, const PairPlace& requested,
-                                   const CandidateAt& candidateAt) const {
+size_t KrigingWeights::samplesOf(const NearestCandidates& nearest, const CandidateAt& candidateAt,
+                                 KrigingSample* samples) const {
   const auto sorted = nearest.sorted();
   const size_t count = std::min(count_, sorted.size());
   const float threshold = sorted.size() > count ? sorted[count].penalty : kInfinity;
-  std::array<KrigingSample, kMaxBlended> samples;
   for (size_t i = 0; i < count; ++i) {
     const Candidate candidate = candidateAt(sorted[i].index);
     samples[i] = {candidate.number, candidate.place,
                   candidate.nugget +
                       nuggetOf(threshold > 0 ? sorted[i].penalty / threshold : 0, candidate.confidence)};
   }
-  return krigingWeights({samples.data(), count}, requested);
+  return count;
 }
 
 void KrigingWeights::leaveOutMissing(const NearPairs& pairs, float* penalties) const {
@@ -126,36 +125,92 @@ void KrigingWeights::noteNearConfidences(const NearPairs& pairs) {
   });
 }
 
-// Pairs of the nearest views and lights.
-BlendSet KrigingWeights::nearBlend(const RequestedLight& asked) const {
-  const KrigingScales scales = scalesOf(asked);
-  const auto& towardsView = batch_.towardsView[query_];
-  const RequestedPair requested = requestedPair(asked.towards, towardsView, asked.state(), scales);
+NearestCandidates KrigingWeights::nearestPairs(const NearPairs& near, const NearPairs& exchanged,
+                                               const RequestedPair& requested) const {
   std::array<float, 2 * kNearPairs> penalties; // of near pairs, then of exchanged ones
-  writePairPenalties(near_, requested, penalties.data());
-  writePairPenalties(exchanged_, requested, penalties.data() + near_.size());
+  writePairPenalties(near, requested, penalties.data());
+  writePairPenalties(exchanged, requested, penalties.data() + near.size());
   if (!field_.isFullProduct) {
-    leaveOutMissing(near_, penalties.data());
-    leaveOutMissing(exchanged_, penalties.data() + near_.size());
+    leaveOutMissing(near, penalties.data());
+    leaveOutMissing(exchanged, penalties.data() + near.size());
   }
   std::array<uint32_t, kMaxBlended + 1> places;
   std::array<float, kMaxBlended + 1> least;
   const size_t found =
-      findLeast(penalties.data(), near_.size() + exchanged_.size(), count_ + 1, places.data(), least.data());
+      findLeast(penalties.data(), near.size() + exchanged.size(), count_ + 1, places.data(), least.data());
   NearestCandidates nearest(count_);
   for (size_t i = 0; i < found; ++i) nearest.offer({places[i], least[i]});
-  return weightsOf(nearest, pairPlace(asked.towards, towardsView, asked.state(), scales),
-                   [&](uint32_t place) -> Candidate {
-                     const bool isExchanged = place >= near_.size();
-                     const NearPairs& pairs = isExchanged ? exchanged_ : near_;
-                     const size_t pair = isExchanged ? place - near_.size() : place;
-                     return {pairs.numberIn(pairs_, pair), pairs.place(pair, scales), pairs.confidence(pair),
-                             isExchanged ? kReciprocalNugget : 0};
-                   });
+  return nearest;
+}
+
+// Pairs of the nearest views and lights.
+BlendSet KrigingWeights::nearBlend() const {
+  const RequestedLight& asked = asked_;
+  const KrigingScales scales = scalesOf(asked);
+  const auto& towardsView = batch_.towardsView[query_];
+  const NearestCandidates nearest =
+      nearestPairs(near_, exchanged_, requestedPair(asked.towards, towardsView, asked.state(), scales));
+  std::array<KrigingSample, kMaxBlended> samples;
+  const size_t count = samplesOf(
+      nearest,
+      [&](uint32_t place) -> Candidate {
+        const bool isExchanged = place >= near_.size();
+        const NearPairs& pairs = isExchanged ? exchanged_ : near_;
+        const size_t pair = isExchanged ? place - near_.size() : place;
+        return {pairs.numberIn(pairs_, pair), pairs.place(pair, scales), pairs.confidence(pair),
+                isExchanged ? kReciprocalNugget : 0};
+      },
+      samples.data());
+  return krigingWeights({samples.data(), count},
+                        pairPlace(asked.towards, towardsView, asked.state(), scales));
+}
+
+std::span<const LitPhotograph> KrigingWeights::litPhotographs() {
+  const RequestedLight& asked = asked_;
+  const auto& towardsView = batch_.towardsView[query_];
+  std::array<KrigingSample, kMaxBlended> samples;
+  size_t count = 0;
+  if (shareOfAll_ > 0) {
+    const auto candidateAt = [&](uint32_t number) -> Candidate {
+      const auto& [view, column, light] = pairs_[number];
+      const float confidence =
+          std::max(isSparse_ ? 0 : nearConfidences_[number], shareOfAll_ * confidences_[view]);
+      return {number, pairPlace(rig_.lights().towards(light), towardsViews_[view], 1, kResidualScales),
+              confidence * litConfidence(light), 0};
+    };
+    const PairPlace requested = pairPlace(asked.towards, towardsView, 1, kResidualScales);
+    NearestCandidates nearest(count_);
+    for (uint32_t number = 0; number < pairs_.size(); ++number) {
+      const Candidate candidate = candidateAt(number);
+      nearest.offer({number, krigingPenalty(candidate.place, requested) / candidate.confidence});
+    }
+    count = samplesOf(nearest, candidateAt, samples.data());
+  } else {
+    NearPairs lit = near_;
+    for (size_t light = 0; light < lit.lights.size; ++light) {
+      lit.lights.confidence[light] *= litConfidence(lit.lights.index[light]);
+      lit.lights.reached[light] = 1;
+    }
+    const NearestCandidates nearest =
+        nearestPairs(lit, {}, requestedPair(asked.towards, towardsView, 1, kResidualScales));
+    count = samplesOf(
+        nearest,
+        [&](uint32_t pair) -> Candidate {
+          return {lit.numberIn(pairs_, pair), lit.place(pair, kResidualScales), lit.confidence(pair), 0};
+        },
+        samples.data());
+  }
+  for (size_t i = 0; i < count; ++i) {
+    const auto& [view, column, light] = pairs_[samples[i].index];
+    litPhotographs_[i] = {samples[i], rig_.towardsView(view), rig_.lights().towards(light)};
+  }
+  return {litPhotographs_.data(), count};
 }
 
 // All photographed pairs, with `share` of their confidence where they are not near.
-BlendSet KrigingWeights::allBlend(const RequestedLight& asked, float share) const {
+BlendSet KrigingWeights::allBlend() const {
+  const RequestedLight& asked = asked_;
+  const float share = shareOfAll_;
   const KrigingScales scales = scalesOf(asked);
   const auto count = static_cast<uint32_t>(pairs_.size());
   const auto candidateAt = [&](uint32_t index) -> Candidate { // exchanged from `count` on
@@ -176,30 +231,38 @@ BlendSet KrigingWeights::allBlend(const RequestedLight& asked, float share) cons
     const Candidate candidate = candidateAt(index);
     nearest.offer({index, krigingPenalty(candidate.place, requested) / candidate.confidence});
   }
-  return weightsOf(nearest, requested, candidateAt);
+  std::array<KrigingSample, kMaxBlended> samples;
+  const size_t found = samplesOf(nearest, candidateAt, samples.data());
+  return krigingWeights({samples.data(), found}, requested);
 }
 
-KrigingWeights::Blend KrigingWeights::blend(size_t l, const RequestedLight& asked) {
+float KrigingWeights::setLight(size_t l, const RequestedLight& asked) {
+  asked_ = asked;
   const bool isPrecise = !isSparse_ && nearestOfLight_[l].isPrecise(lane_);
   const NearestCandidates lights =
       isPrecise ? nearestOfLight_[l].candidates(lane_) : nearestLights(asked.towards);
-  if (lights.sorted().empty()) return {};
-  const float lightPenalty = lights.sorted()[0].penalty;
-  if (isSparse_) return {allBlend(asked, 1), lightPenalty};
   near_.lights.clear();
+  exchanged_ = {};
+  shareOfAll_ = isSparse_ ? 1 : 0;
+  if (lights.sorted().empty()) return kInfinity;
+  const float lightPenalty = lights.sorted()[0].penalty;
+  if (isSparse_) return lightPenalty;
   forEachNear(lights, [&](uint32_t light, float, float nearness) {
     near_.lights.add(light, rig_.lights().towards(light), nearness,
                      asked.reached ? rig_.reachedBy(light) : 1);
   });
-  exchanged_ = exchange_ && asked.state() > 0 ? exchange_->near(lane_, l, asked.reached, rig_) : NearPairs{};
-  const float share = field_.isFullProduct ? 0 : shareOfAllPairs();
-  if (share <= 0) return {nearBlend(asked), lightPenalty};
+  if (exchange_ && asked.state() > 0) exchanged_ = exchange_->near(lane_, l, asked.reached, rig_);
+  if (field_.isFullProduct) return lightPenalty;
+  shareOfAll_ = shareOfAllPairs();
+  if (shareOfAll_ <= 0) return lightPenalty;
   setAllViews(views_.computePenalties(query_));
   std::ranges::fill(nearConfidences_, 0.f);
   noteNearConfidences(near_);
   noteNearConfidences(exchanged_);
-  return {allBlend(asked, share), lightPenalty};
+  return lightPenalty;
 }
+
+BlendSet KrigingWeights::blend() const { return shareOfAll_ > 0 ? allBlend() : nearBlend(); }
 
 PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
@@ -208,6 +271,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolation
       count_(options.nearest ? 1 : pairCount(field, options)), weightError_(options.weightError),
       pairs_(field), rig_(field), views_(field, batch, options), lightPenalties_(field.rig.lights.size()) {
   if (usesKriging(field, options)) kriging_.emplace(field, batch, options, pairs_, rig_);
+  if (usesTables(field, options)) shared_.emplace(field);
 }
 
 void PairWeights::prepare(size_t begin, size_t count) {
@@ -218,22 +282,36 @@ void PairWeights::prepare(size_t begin, size_t count) {
 BestView PairWeights::select(size_t lane) {
   query_ = begin_ + lane;
   rig_.moveTo(batch_.surfels[query_]);
+  if (shared_) shared_->moveTo(batch_.surfels[query_]);
   if (!kriging_) return views_.computePenalties(query_);
   if (!field_.isFullProduct && !batch_.environments.empty()) views_.computePenalties(query_);
   return kriging_->select(lane);
 }
 
-PairWeights::Blend PairWeights::blend(size_t l) {
+void PairWeights::setLight(size_t l) {
   const size_t entry = query_ * batch_.lights + l;
-  if (!kriging_) return blendTowards(batch_.towardsLight[entry], batch_.extrapolationOf(l));
-  RequestedLight asked{batch_.towardsLight[entry], {}};
-  if (!batch_.reached.empty()) asked.reached = batch_.reached[entry];
-  const auto [weights, lightPenalty] = kriging_->blend(l, asked);
-  Blend blend = finished(weights, lightPenalty, batch_.extrapolationOf(l));
-  if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked);
-  if (asked.reached && !blend.weights.empty())
-    blend.lacksState = shareOfState(blend.weights, *asked.reached) < 0.5f;
+  light_ = l;
+  asked_ = {batch_.towardsLight[entry],
+            batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
+  if (kriging_) lightPenalty_ = kriging_->setLight(l, asked_);
+}
+
+PairWeights::Blend PairWeights::blend() {
+  const LightExtrapolation extrapolation = batch_.extrapolationOf(light_);
+  if (!kriging_) return blendTowards(asked_.towards, extrapolation);
+  Blend blend = finished(kriging_->blend(), lightPenalty_, extrapolation);
+  if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked_);
+  if (asked_.reached && !blend.weights.empty())
+    blend.lacksState = shareOfState(blend.weights, *asked_.reached) < 0.5f;
   return blend;
+}
+
+std::optional<PairWeights::Shared> PairWeights::shared() {
+  const auto& towardsView = batch_.towardsView[query_];
+  const float share = shared_ ? shared_->shareOf(towardsView, asked_) : 0;
+  if (share <= 0) return std::nullopt;
+  return Shared{shared_->blend(towardsView, asked_.towards, kriging_->litPhotographs()), share,
+                fadeOf(lightPenalty_, batch_.extrapolationOf(light_))};
 }
 
 PairWeights::Blend PairWeights::blendTowards(const Direction3<AcquisitionSpace>& towards,
@@ -258,8 +336,12 @@ PairWeights::Blend PairWeights::finished(const BlendSet& weights, float lightPen
                                          LightExtrapolation extrapolation) const {
   Blend blend{truncated(weights, weightError_)};
   std::ranges::sort(blend.weights, {}, &Blended::index);
-  if (extrapolation == LightExtrapolation::fade && !nearest_) blend.scale = coverage_.at(lightPenalty);
+  blend.scale = fadeOf(lightPenalty, extrapolation);
   return blend;
+}
+
+float PairWeights::fadeOf(float lightPenalty, LightExtrapolation extrapolation) const {
+  return extrapolation == LightExtrapolation::fade && !nearest_ ? coverage_.at(lightPenalty) : 1;
 }
 
 // Foreshortening f of a blend. A light that does not reach the surfel has no cosine, so that photographs in

@@ -12,6 +12,7 @@
 #include "srf/weights/camera_weights.h"
 #include "srf/weights/nearest_pairs.h"
 #include "srf/weights/reciprocity.h"
+#include "srf/weights/shared_weights.h"
 
 #include <optional>
 #include <vector>
@@ -33,14 +34,6 @@ namespace surflect::weights {
 // pairs are considered, with n_i = n_j = 1.
 // Pairs with camera and light exchanged are considered, too, if they answer (reciprocity.h).
 
-// Light of a query, for which photographs are blended.
-struct RequestedLight {
-  Direction3<AcquisitionSpace> towards;
-  std::optional<float> reached; // shadow state; empty: states are not used
-
-  float state() const { return reached.value_or(1); }
-};
-
 // Computes the kriging weights of one query after another. Has working memory of its own: use one object per
 // thread.
 class KrigingWeights {
@@ -54,13 +47,14 @@ public:
   // Selects the lane-th prepared query, to whose surfel the rig has moved.
   BestView select(size_t lane);
 
-  struct Blend {
-    BlendSet weights; // index is the number of a pair
-    // Penalty of the captured light nearest to the requested one.
-    float lightPenalty = kInfinity;
-  };
-  // The pairs for the l-th light of the selected query.
-  Blend blend(size_t l, const RequestedLight& asked);
+  // Selects the l-th light of the selected query, for the methods below. Returns the penalty of the captured
+  // light nearest to it; infinite if there is none, and nothing to blend.
+  float setLight(size_t l, const RequestedLight& asked);
+  // The pairs for the light; indices are numbers of pairs.
+  BlendSet blend() const;
+  // The photographs nearest to the light by kResidualScales, less trusted if less of their light reaches
+  // the surfel.
+  std::span<const LitPhotograph> litPhotographs();
 
 private:
   // A pair that may be blended.
@@ -78,12 +72,21 @@ private:
   float shareOfAllPairs() const; // g
   void noteNearConfidences(const NearPairs& pairs);
   void leaveOutMissing(const NearPairs& pairs, float* penalties) const;
-  BlendSet nearBlend(const RequestedLight& asked) const;
-  BlendSet allBlend(const RequestedLight& asked, float share) const;
-  // Weights of the nearest of the candidates, whose numbers become those of pairs.
+  BlendSet nearBlend() const;
+  BlendSet allBlend() const;
+  // Samples of the nearest of the candidates, whose numbers become those of pairs; writes them at `samples`
+  // (kMaxBlended) and returns how many.
   template <class CandidateAt>
-  BlendSet weightsOf(const NearestCandidates& nearest, const PairPlace& requested,
-                     const CandidateAt& candidateAt) const;
+  size_t samplesOf(const NearestCandidates& nearest, const CandidateAt& candidateAt,
+                   KrigingSample* samples) const;
+  // The count_ + 1 pairs of least penalty among near ones and exchanged ones.
+  NearestCandidates nearestPairs(const NearPairs& near, const NearPairs& exchanged,
+                                 const RequestedPair& requested) const;
+  // Confidence in photographs of a light as those of a lit surfel: 1 unless less of it reaches the surfel
+  // than of the requested light.
+  float litConfidence(uint32_t light) const {
+    return 1 - std::max(0.f, asked_.state() - (field_.lightVisibility ? rig_.reachedBy(light) : 1));
+  }
 
   const ReflectanceField& field_;
   const QueryBatch& batch_;
@@ -99,10 +102,13 @@ private:
   size_t begin_ = 0;
   // State of the selected query.
   size_t query_ = 0, lane_ = 0;
+  RequestedLight asked_;
   NearPairs near_, exchanged_;
   std::vector<Direction3<AcquisitionSpace>> towardsViews_; // all, where all pairs are considered
   std::vector<float> confidences_;                         // in these views
   std::vector<float> nearConfidences_; // c_ij of photographed near pairs, else 0; by number, then exchanged
+  float shareOfAll_ = 0;               // g of the light; 1 in a capture with wide gaps
+  std::array<LitPhotograph, kMaxBlended> litPhotographs_;
 };
 
 // Computes the pair weights of one query after another. Has working memory of its own: use one object per
@@ -120,14 +126,25 @@ public:
   // Selects the lane-th prepared query for the methods below.
   BestView select(size_t lane);
 
+  // Selects the l-th light of the query for the next two methods.
+  void setLight(size_t l);
+
   struct Blend {
     BlendSet weights; // index is the number of a pair, ascending
     float scale = 1;  // fade where no light was captured (fades.h), times foreshortening
     // True if photographs of the requested shadow state have less than half of the weights.
     bool lacksState = false;
   };
-  // The pairs for the l-th light of the query.
-  Blend blend(size_t l);
+  // The pairs for the light.
+  Blend blend();
+
+  // Answer of the tables for the light; empty without tables, or with a share of 0.
+  struct Shared {
+    SharedBlend blend;
+    float share; // m
+    float fade;  // where no light was captured (fades.h)
+  };
+  std::optional<Shared> shared();
   // The pairs for a light of an environment, by ULR over all photographed pairs.
   Blend blendTowards(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
 
@@ -142,6 +159,8 @@ public:
 
 private:
   Blend finished(const BlendSet& weights, float lightPenalty, LightExtrapolation extrapolation) const;
+  // Fade of a light where no light was captured, by the penalty of the nearest.
+  float fadeOf(float lightPenalty, LightExtrapolation extrapolation) const;
   float foreshorteningOf(const BlendSet& blend, const RequestedLight& asked) const;
   float shareOfState(const BlendSet& weights, float reached) const;
 
@@ -155,8 +174,13 @@ private:
   RigAtSurfel rig_;
   CameraWeights views_;
   std::optional<KrigingWeights> kriging_; // if it answers directional and point lights
-  std::vector<float> lightPenalties_;     // p_j of all captured lights
-  size_t begin_ = 0, query_ = 0;          // first prepared query; selected query
+  std::optional<SharedWeights> shared_;   // if tables answer with it
+  // State of the selected light.
+  size_t light_ = 0;
+  RequestedLight asked_;
+  float lightPenalty_ = kInfinity;
+  std::vector<float> lightPenalties_; // p_j of all captured lights
+  size_t begin_ = 0, query_ = 0;      // first prepared query; selected query
 };
 
 } // namespace surflect::weights

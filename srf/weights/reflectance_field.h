@@ -5,6 +5,7 @@
 #include "srf/capture/capture.h"
 #include "srf/codec/alpha_plane.h"
 #include "srf/codec/view_file.h"
+#include "srf/reflectance/shared_reflectance.h"
 #include "srf/weights/interpolation.h"
 #include "srf/weights/light_blend.h"
 #include "srf/weights/visibility_weights.h"
@@ -32,6 +33,8 @@ struct ReflectanceField {
   std::vector<codec::AlphaPlane> alpha; // one for each view; empty: the object is opaque
   // For each view, the light of each column; empty for fixed illumination.
   std::vector<std::vector<uint32_t>> columns;
+  // Tables, and how each surfel uses them; empty if none were made.
+  std::optional<reflectance::SharedReflectance> shared;
   double white = 1;     // radiance of a white pixel
   double tolerance = 0; // error tolerance of every block; see blockErrorBound
   // Selected when the photographs were packed.

@@ -14,7 +14,7 @@ import sys
 SURFEL = ["surfel/base", "surfel/math", "surfel/geometry"]
 CAPTURE = SURFEL + ["srf/image", "srf/capture"]
 PROXY = CAPTURE + ["srf/proxy/mesh", "srf/proxy/hull", "srf/proxy/relief"]
-ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/weights", "srf/shading"]
+ASKED = PROXY + ["surfel", "srf/proxy", "srf/codec", "srf/reflectance", "srf/weights", "srf/shading"]
 SCENE = ["surfel/base", "surfel/math", "srf/image", "srf/capture", "srf/weights", "warp", "render/scene"]
 LIGHT_FIELD = SURFEL + SCENE + ["srf/proxy", "render/method", "render/gl", "render/lightfield/common"]
 LIBRARY = ["surfel", "srf", "warp", "render"]
@@ -33,9 +33,9 @@ BELOW = {
     "srf/proxy": PROXY,
     "srf/validation": CAPTURE + ["srf/proxy/mesh", "srf/proxy"],
     "srf/codec": ["surfel/base", "surfel/math", "srf/image"],
-    "srf/weights": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec"],
+    "srf/weights": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/reflectance"],
     "srf/reflectance": SURFEL,
-    "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/weights"],
+    "srf/shading": SURFEL + ["surfel", "srf/image", "srf/capture", "srf/codec", "srf/reflectance", "srf/weights"],
     "srf/model": ASKED,
     "warp": SURFEL + ["surfel"],
     "render/scene": SCENE,

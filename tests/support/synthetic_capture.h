@@ -236,10 +236,12 @@ inline Studio gappyStudio() {
   }};
 }
 
+// Without tables, which take longer than all else.
 inline model::PackOptions packOptions(size_t surfels, double tolerance = 0.005) {
   model::PackOptions options;
   options.surfels = surfels;
   options.tolerance = tolerance;
+  options.tables = false;
   return options;
 }
 
@@ -247,8 +249,10 @@ inline model::PackOptions packOptions(size_t surfels, double tolerance = 0.005) 
 class PackedStudio {
 public:
   explicit PackedStudio(const Studio& studio, size_t surfels = 3000)
+      : PackedStudio(studio, packOptions(surfels)) {}
+  PackedStudio(const Studio& studio, const model::PackOptions& options)
       : capture(photograph(studio, folder / "capture")),
-        report(model::pack(capture, folder / "model", packOptions(surfels), {}, nullptr)),
+        report(model::pack(capture, folder / "model", options, {}, nullptr)),
         model(model::openModel(folder / "model")) {}
 
   image::TemporaryFolder folder;

@@ -76,8 +76,22 @@ TEST(Manifest, AlphaOfOtherThanAllViewsIsRefused) {
   text.replace(text.find("\"version\": 5"), 12, "\"version\": 6");
   EXPECT_EQ(image::errorOf([&] { parse(sealed(text)); }),
             "m/manifest.json: alpha_checksums: found nothing, expected a list");
-  text.replace(text.find("\"version\": 6"), 12, "\"version\": 7");
-  EXPECT_EQ(image::errorOf([&] { parse(text); }), "m/manifest.json: version: found 7, expected 5 or 6");
+  text.replace(text.find("\"version\": 6"), 12, "\"version\": 8");
+  EXPECT_EQ(image::errorOf([&] { parse(text); }), "m/manifest.json: version: found 8, expected 5 or 6 or 7");
+}
+
+TEST(Manifest, TablesAreOfVersion7) {
+  Manifest withTables = example();
+  withTables.tables = sum;
+  withTables.interpolation.kind = weights::Interpolation::shared;
+  withTables.interpolation.otherwise = weights::Interpolation::separate;
+  std::string text = manifestText(withTables);
+  EXPECT_NE(text.find("\"version\": 7"), std::string::npos);
+  EXPECT_EQ(parse(text).tables, sum);
+  EXPECT_EQ(parse(text).interpolation, withTables.interpolation);
+  text.replace(text.find("\"version\": 7"), 12, "\"version\": 5");
+  EXPECT_EQ(image::errorOf([&] { parse(sealed(text)); }),
+            "m/manifest.json: interpolation shared: found 5, expected version 7");
 }
 
 TEST(Manifest, AnyFieldChangesTheIdentity) {

@@ -5,8 +5,11 @@
 #include "tests/support/damage.h"
 #include "tests/support/patience.h"
 
+#include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
+#include <random>
 
 namespace surflect::model {
 
@@ -47,6 +50,66 @@ TEST(AlphaFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
 } // namespace
 
 namespace {
+
+constexpr uint32_t kTableSurfels = 40;
+
+reflectance::SharedReflectance randomTables() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> any(0, 1);
+  reflectance::SharedReflectance shared{0.25f, {{{5, 5, 3, 3}}, {}}, {1, 0.25f, 0}, {}, {}, {}};
+  for (int table = 0; table < 3; ++table) {
+    std::vector<Rgb> nodes;
+    for (size_t node = 0; node < shared.tables.grid.size(); ++node) nodes.push_back({any(random), 2, -0.5f});
+    shared.tables.add(nodes);
+  }
+  for (uint32_t i = 0; i < kTableSurfels; ++i) {
+    shared.fibres.push_back(Angle::fromRadians(any(random) * std::numbers::pi));
+    const float second = 0.4f * any(random), third = 0.2f * any(random);
+    shared.mixtures.push_back({{2, 0, 1}, {1 - second - third, second, third}});
+    shared.gains.push_back({any(random), 1, 20});
+  }
+  return shared;
+}
+
+TEST(TableFile, WhatIsPackedIsUnpackedWithinItsPrecision) {
+  const reflectance::SharedReflectance shared = randomTables();
+  const std::vector<std::byte> packed = packTables(shared);
+  const reflectance::SharedReflectance got = unpackTables(packed, kTableSurfels);
+  EXPECT_EQ(got.white, shared.white);
+  EXPECT_EQ(got.tables.grid, shared.tables.grid);
+  EXPECT_EQ(got.tables.values, shared.tables.values);
+  EXPECT_EQ(got.trust, shared.trust);
+  for (uint32_t i = 0; i < kTableSurfels; ++i) {
+    EXPECT_NEAR(std::sin(got.fibres[i].radians() - shared.fibres[i].radians()), 0, 1e-4);
+    EXPECT_EQ(got.mixtures[i].table, shared.mixtures[i].table);
+    for (size_t m = 0; m < 3; ++m)
+      EXPECT_NEAR(got.mixtures[i].weight[m], shared.mixtures[i].weight[m], 1 / 254.);
+    EXPECT_NEAR(got.gains[i].r, shared.gains[i].r, 5e-4);
+    EXPECT_EQ(got.gains[i].b, 20);
+  }
+  EXPECT_EQ(packTables(got), packed); // a model that is packed is the one that is opened
+}
+
+TEST(TableFile, DamageIsRefusedOrChangesNothingThatCannotBeUsed) {
+  tryDamage(packTables(randomTables()), [&](std::span<const std::byte> damaged) {
+    const reflectance::SharedReflectance got = unpackTables(damaged, kTableSurfels);
+    for (const reflectance::TableMixture& mixture : got.mixtures)
+      for (const uint16_t table : mixture.table) EXPECT_LT(table, got.tables.count());
+    for (const Eigen::half value : got.tables.values) EXPECT_TRUE(std::isfinite(static_cast<float>(value)));
+  });
+}
+
+TEST(TableFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
+  const std::vector<std::byte> packed = packTables(randomTables());
+  const auto complaintOf = [&](size_t at, uint8_t byte) {
+    std::vector<std::byte> changed = packed;
+    changed[at] = std::byte{byte};
+    return image::errorOf([&] { unpackTables(changed, kTableSurfels); });
+  };
+  EXPECT_EQ(complaintOf(16, 4), "nodes: found 4, expected odd numbers");
+  EXPECT_EQ(complaintOf(32, 0), "tables: found 0, expected 1..255");
+  EXPECT_EQ(image::errorOf([&] { unpackTables(packed, 7); }), "surfels: found 40, expected 7");
+}
 
 // A cloud of five surfels with three levels: surfels 0..4, then 1, 3 and 4, then 3.
 struct Five {

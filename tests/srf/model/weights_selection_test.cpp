@@ -224,7 +224,7 @@ using namespace studio;
 
 TEST(InterpolationSelection, HighlightsAreWeightedByPairs) {
   const PackedStudio packed(Studio{.cameras = 30, .gloss = 1});
-  const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
+  const auto& [choice, foreshortened, trust, leftOut] = packed.report.interpolation;
   EXPECT_EQ(choice.kind, weights::Interpolation::kriging);
   EXPECT_LE(choice.halfScale, 0.4f);
   ASSERT_TRUE(leftOut);
@@ -236,12 +236,27 @@ TEST(InterpolationSelection, HighlightsAreWeightedByPairs) {
 // A matte sphere, whose foreshortened photographs are exact under any weights.
 TEST(InterpolationSelection, AMatteSphereKeepsSeparateWeights) {
   const PackedStudio packed(Studio{});
-  const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
+  const auto& [choice, foreshortened, trust, leftOut] = packed.report.interpolation;
   EXPECT_EQ(choice.kind, weights::Interpolation::separate);
   EXPECT_TRUE(foreshortened);
   ASSERT_TRUE(leftOut);
   EXPECT_EQ(leftOut->chosenDb, leftOut->separateDb);
   EXPECT_GT(leftOut->separateDb, 30);
+}
+
+// Four thousand surfels have seen the highlight of a sphere under all angles.
+TEST(InterpolationSelection, HighlightsOfOneKindOfSurfaceAreAnsweredByTables) {
+  PackOptions options = packOptions(3000);
+  options.tables = true;
+  const PackedStudio packed(Studio{.cameras = 30, .gloss = 1}, options);
+  const auto& [choice, foreshortened, trust, leftOut] = packed.report.interpolation;
+  EXPECT_EQ(choice.kind, weights::Interpolation::shared);
+  EXPECT_EQ(packed.model.interpolation, choice);
+  ASSERT_TRUE(packed.model.shared);
+  EXPECT_EQ(packed.model.shared->trust, trust);
+  EXPECT_EQ(packed.model.shared->gains.size(), packed.model.cloud.size());
+  ASSERT_TRUE(leftOut);
+  EXPECT_GT(leftOut->chosenDb, leftOut->separateDb + 3);
 }
 
 // Single photographs are left out of a capture with gaps.
@@ -250,7 +265,7 @@ TEST(InterpolationSelection, ACaptureWithGapsIsWeightedByPairsToo) {
   studio.cameras = 30;
   studio.gloss = 1;
   const PackedStudio packed(studio, 500);
-  const auto& [choice, foreshortened, leftOut] = packed.report.interpolation;
+  const auto& [choice, foreshortened, trust, leftOut] = packed.report.interpolation;
   EXPECT_FALSE(packed.model.isFullProduct);
   EXPECT_EQ(choice.kind, weights::Interpolation::kriging);
   ASSERT_TRUE(leftOut);

@@ -48,7 +48,7 @@ TEST(SharedReflectance, PredictsNewPhotographsOfADiscOfTwoMaterials) {
   std::mt19937 random(1);
   const Disc disc = randomDisc(400, 50, random);
   const SharedReflectance shared =
-      shareReflectance(disc.photographs.view(), disc.places, disc.frames,
+      shareReflectance(disc.photographs.view(), {disc.places, disc.frames},
                        {.white = planted::kWhite, .grid = {{17, 17, 5, 5}}, .mostTables = 4});
   EXPECT_EQ(shared.tables.count(), 2u);
   double error = 0, all = 0;
@@ -68,16 +68,13 @@ TEST(SharedReflectance, PredictsNewPhotographsOfADiscOfTwoMaterials) {
     }
   }
   EXPECT_LT(error / all, 0.05);
-  double left = 0;
-  for (const float each : shared.errors) left += each / static_cast<double>(shared.errors.size());
-  EXPECT_LT(left, 0.1);
 }
 
 TEST(SharedReflectance, IsTheSameForAnyNumberOfThreads) {
   std::mt19937 random(2);
   const Disc disc = randomDisc(80, 16, random);
   const auto run = [&] {
-    return shareReflectance(disc.photographs.view(), disc.places, disc.frames,
+    return shareReflectance(disc.photographs.view(), {disc.places, disc.frames},
                             {.white = planted::kWhite, .grid = {{9, 9, 3, 3}}, .mostTables = 3});
   };
   const SharedReflectance many = run();
@@ -85,14 +82,13 @@ TEST(SharedReflectance, IsTheSameForAnyNumberOfThreads) {
   const SharedReflectance again = run();
   EXPECT_EQ(again.tables.values, many.tables.values);
   EXPECT_EQ(again.gains, many.gains);
-  EXPECT_EQ(again.errors, many.errors);
 }
 
 TEST(SharedReflectance, OfSurfelsWithoutPhotographsIsBlack) {
   std::mt19937 random(3);
   const Disc disc = randomDisc(5, 0, random);
   const SharedReflectance shared =
-      shareReflectance(disc.photographs.view(), disc.places, disc.frames, {.grid = {{5, 5, 3, 3}}});
+      shareReflectance(disc.photographs.view(), {disc.places, disc.frames}, {.grid = {{5, 5, 3, 3}}});
   EXPECT_EQ(shared.tables.count(), 1u);
   EXPECT_EQ(shared.gains, std::vector<Rgb>(5, Rgb{1, 1, 1}));
   const std::vector v(5, Direction3<SurfelSpace>(0, 0, 1));

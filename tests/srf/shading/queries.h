@@ -116,6 +116,21 @@ protected:
   std::mt19937 random{seed};
 };
 
+// A glossy studio packed with tables, once per suite.
+class TableQueries : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    model::PackOptions options = packOptions(1500);
+    options.tables = true;
+    packed = std::make_unique<PackedStudio>(Studio{.cameras = 20, .lights = 12, .gloss = 1}, options);
+  }
+  static void TearDownTestSuite() { packed.reset(); }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  model::Model model = model::openModel(packed->model.folder);
+  std::mt19937 random{4};
+};
+
 using ProductQueries = Queries<fullStudio, 2000, 1>;
 using PairQueries = Queries<unevenGappyStudio, 1000, 2>;    // wide gaps; lights of different strengths
 using NearPairQueries = Queries<nearlyFullStudio, 1000, 3>; // a few gaps

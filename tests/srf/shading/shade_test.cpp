@@ -106,6 +106,60 @@ void addEnvironment(weights::QueryBatch& batch, std::span<const weights::Environ
     batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
 }
 
+class ShadeTables : public TableQueries {};
+
+// Random shadow states, and places that share the weights of a query.
+TEST_F(ShadeTables, EqualTheReference) {
+  ASSERT_TRUE(model.shared);
+  for (const auto otherwise : {weights::Interpolation::separate, weights::Interpolation::kriging}) {
+    model.interpolation.kind = weights::Interpolation::shared;
+    model.interpolation.otherwise = otherwise;
+    model.shared->trust.assign(model.shared->trust.size(), 0.75f);
+    weights::QueryBatch batch = randomBatch(model, 300, 2, random);
+    batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
+    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    std::uniform_real_distribution<float> state(0, 1);
+    for (size_t i = 0; i < batch.towardsLight.size(); ++i) batch.reached.push_back(state(random));
+    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    for (uint32_t query = 0; query < batch.size(); ++query) {
+      batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
+      for (size_t more = 0; more <= query % 3; ++more) // places near the surfel, if the cloud is in order
+        batch.places.push_back(static_cast<uint32_t>((batch.surfels[query] + more) % model.cloud.size()));
+    }
+    batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
+    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
+    addEnvironment(batch, lights, random);
+    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+  }
+}
+
+// Epipole consistency: the pixel of the photograph itself.
+TEST_F(ShadeTables, GiveBackThePhotographOfACapturedRay) {
+  auto [batch, photographs] = capturedRays(model, random);
+  for (uint32_t query = 0; query < batch.size(); ++query)
+    batch.reached.push_back(weights::VisibilityWeights::decode(
+        model.lightVisibility->of(batch.surfels[query])[photographs[query].second]));
+  codec::BlockCache cache(model.files, size_t{1} << 28);
+  ShadingStats stats;
+  weights::ShadeOptions options;
+  options.interpolation = weights::Interpolation::shared;
+  const std::vector<Rgb> got = shade(model, batch, options, cache, stats).radiance;
+  ShadingPlan plan;
+  plan.places = batch.size();
+  for (uint32_t column = 0; column < model.rig.lights.size(); ++column) plan.rows.add(column, {1, 1, 1});
+  for (uint32_t query = 0; query < batch.size(); ++query) {
+    const auto [view, column] = photographs[query];
+    const auto pixel =
+        *model.rig.views[view].camera.project(model.cloud.p0[batch.surfels[query]].cast<double>());
+    plan.ops.push_back(
+        {query, view, static_cast<float>(pixel.x), static_cast<float>(pixel.y), 1, column, column + 1});
+  }
+  const std::vector<Rgb> wanted = shade(plan, cache, stats);
+  for (size_t query = 0; query < batch.size(); ++query)
+    EXPECT_NEAR(got[query].g, wanted[query].g, 2e-3 * (model.white + wanted[query].g));
+}
+
 // ULR weights are steep next to a captured camera or light, where rounded directions show.
 TEST_F(Shade, EqualsTheReference) {
   weights::QueryBatch batch = randomBatch(model, 300, 2, random);

@@ -46,6 +46,32 @@ TEST(Kriging, WeightsAreThoseOfTheWholeSystemInDoublePrecision) {
     }
 }
 
+TEST(SimpleKriging, WeightsAreThoseOfTheWholeSystemInDoublePrecision) {
+  std::mt19937 random(11);
+  for (size_t count = 1; count <= kMaxBlended; ++count)
+    for (int trial = 0; trial < 50; ++trial) {
+      const auto samples = randomSamples(count, random);
+      const PairPlace asked = randomPlace(random);
+      const BlendSet fast = simpleKrigingWeights(samples, asked);
+      const auto exact = simpleKrigingWeightsReference(samples, asked);
+      ASSERT_EQ(fast.size(), count);
+      for (size_t i = 0; i < count; ++i) EXPECT_NEAR(fast[i].weight, exact[i], 2e-4);
+    }
+}
+
+TEST(SimpleKriging, TheSumOfWeightsFallsWithTheDistance) {
+  KrigingSample sample{0, {}, 0};
+  float before = 1.01f;
+  for (float distance = 0; distance < 6; distance += 0.5f) {
+    PairPlace asked{};
+    asked[0] = distance;
+    const float weight = simpleKrigingWeights({&sample, 1}, asked)[0].weight;
+    EXPECT_NEAR(weight, matern52(distance * distance), 1e-6);
+    EXPECT_LT(weight, before);
+    before = weight;
+  }
+}
+
 TEST(Kriging, WeightsArePositiveAndSumToOne) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 500; ++trial) {
