@@ -296,14 +296,14 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
                           {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
                            store.tolerance, surveyed->lights.blend, report.isTranslucent},
                           progress);
+  std::optional<SharedSample> shared;
   if (options.tables && canShare(model) && canLeaveOut(model)) {
-    const SharedSample sample = shareSample(
-        model, [](size_t, size_t) { return true; }, progress);
+    shared = shareSample(model, progress);
     // As it will be opened:
-    model.shared = unpackTables(packTables(spreadOver(model, sample, progress)), model.cloud.size());
+    model.shared = unpackTables(packTables(spreadOver(model, *shared, progress)), model.cloud.size());
   }
-  report.interpolation =
-      selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing, progress);
+  report.interpolation = selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing,
+                                             shared ? &*shared : nullptr, progress);
   model.interpolation = report.interpolation.choice;
   if (model.shared) model.shared->trust = report.interpolation.trust;
   if (report.interpolation.leftOut)

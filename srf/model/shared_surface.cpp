@@ -22,7 +22,7 @@ using reflectance::PhotographArrays, reflectance::SurfelFrame, reflectance::Surf
 
 constexpr float kLeastSeen = 0.5f, kLeastLit = 0.9f; // least visibility weight and shadow state
 constexpr float kLeastViewCosine = 0.1f, kLeastLightCosine = 0.05f;
-constexpr size_t kSampled = 8000, kOfSampled = 96, kOfEach = 24; // surfels, and photographs of each
+constexpr size_t kSampled = 8000, kOfSampled = 64, kOfEach = 20; // surfels, and photographs of each
 constexpr size_t kPart = 4096;                                   // look-ups that are planned together
 
 Mat3<float> frameOf(const Model& model, uint32_t surfel) { return rotationOf<float>(model.cloud.r0[surfel]); }
@@ -43,7 +43,7 @@ public:
     for (uint32_t column = 0; column < columns; ++column) rows_.add(column, {1, 1, 1});
   }
 
-  // At most `most` photographs of each surfel, evenly chosen. The same at each call.
+  // At most `most` photographs of each surfel, evenly chosen.
   PhotographArrays of(std::span<const uint32_t> surfels, size_t most) {
     std::vector<std::vector<Taken>> taken(surfels.size());
     tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t i) { taken[i] = take(surfels[i], most); });
@@ -153,6 +153,14 @@ float meanIrradiance(const Model& model) {
   return sum / static_cast<float>(model.rig.lights.size());
 }
 
+reflectance::SharingOptions optionsFor(const Model& model) {
+  reflectance::SharingOptions options;
+  options.white = static_cast<float>(model.white) / meanIrradiance(model);
+  return options;
+}
+
+bool useAll(size_t /*view*/, size_t /*light*/) { return true; }
+
 // Places and frames of surfels.
 struct PlacedSurfels {
   std::vector<Point3<AcquisitionSpace>> places;
@@ -173,17 +181,22 @@ bool canShare(const Model& model) {
   return model.alpha.empty() && model.lightVisibility && model.cloud.size() > 0 && meanIrradiance(model) > 0;
 }
 
-SharedSample shareSample(const Model& model, const IsUsed& isUsed, const Progress& progress) {
+SharedSample shareSample(const Model& model, const Progress& progress) {
   assert(canShare(model));
   std::vector<uint32_t> surfels;
   const size_t step = std::max(size_t{1}, model.cloud.size() / kSampled);
   for (size_t surfel = step / 2; surfel < model.cloud.size(); surfel += step)
     surfels.push_back(static_cast<uint32_t>(surfel));
-  const PhotographArrays photographs = Photographer(model, isUsed, progress).of(surfels, kOfSampled);
-  reflectance::SharingOptions options;
-  options.white = static_cast<float>(model.white) / meanIrradiance(model);
+  const PhotographArrays photographs = Photographer(model, useAll, progress).of(surfels, kOfSampled);
   const PlacedSurfels placed(model, surfels);
-  return {std::move(surfels), shareReflectance(photographs.view(), placed.view(), options, progress)};
+  return {std::move(surfels),
+          shareReflectance(photographs.view(), placed.view(), optionsFor(model), progress)};
+}
+
+reflectance::SharedReflectance refitSample(const Model& model, const SharedSample& sample,
+                                           const IsUsed& isUsed, const Progress& progress) {
+  const PhotographArrays photographs = Photographer(model, isUsed, progress).of(sample.surfels, kOfSampled);
+  return refitReflectance(sample.shared, photographs.view(), optionsFor(model), progress);
 }
 
 reflectance::SharedReflectance spreadOver(const Model& model, const SharedSample& sample,

@@ -25,7 +25,11 @@ using IsUsed = std::function<bool(size_t view, size_t light)>;
 
 // Tables from photographs in which evenly chosen surfels are seen and lit well; canShare(model). Throws Error
 // as ViewFile::read, and Cancelled.
-SharedSample shareSample(const Model& model, const IsUsed& isUsed, const Progress& progress = {});
+SharedSample shareSample(const Model& model, const Progress& progress = {});
+
+// Tables of the same kinds of surface, from fewer photographs. Throws as shareSample.
+reflectance::SharedReflectance refitSample(const Model& model, const SharedSample& sample,
+                                           const IsUsed& isUsed, const Progress& progress = {});
 
 // The tables of a sample, spread over all surfels of its model. Throws as shareSample.
 reflectance::SharedReflectance spreadOver(const Model& model, const SharedSample& sample,

@@ -2,7 +2,6 @@
 
 #include "srf/codec/block_cache.h"
 #include "srf/image/color.h"
-#include "srf/model/shared_surface.h"
 #include "srf/proxy/relief/photometric.h"
 #include "srf/reflectance/clusters.h"
 #include "srf/reflectance/gains.h"
@@ -515,35 +514,32 @@ private:
 
 // Candidates: with tables, without. Tables are tried that have not seen every fourth camera and light; these
 // are left out in turn of the photographs that correct them.
-TableSelection selectTables(const Model& model, std::span<const Candidate, 2> candidates,
-                            const Progress& progress) {
+TableSelection selectTables(const Model& model, const SharedSample& shared,
+                            std::span<const Candidate, 2> candidates, const Progress& progress) {
   constexpr size_t kApart = 4;
   std::vector<Fold> folds = foldsOf(model, kApart);
-  const SharedSample tried = shareSample(model, keptBy(folds), progress);
-  const std::vector<uint32_t> rows = evenlyChosen(tried.surfels.size(), kSurfels);
+  const reflectance::SharedReflectance tried = refitSample(model, shared, keptBy(folds), progress);
+  const std::vector<uint32_t> rows = evenlyChosen(shared.surfels.size(), kSurfels);
   std::vector<uint32_t> surfels;
-  for (const uint32_t row : rows) surfels.push_back(tried.surfels[row]);
+  for (const uint32_t row : rows) surfels.push_back(shared.surfels[row]);
   Model sample = sampleOf(model, surfels);
-  sample.shared = rowsOf(tried.shared, rows);
+  sample.shared = rowsOf(tried, rows);
   const std::vector<reflectance::TableMixture> mixtures = sample.shared->mixtures;
   LeaveOneOut leaveOneOut(model, std::move(sample), std::move(folds), progress);
 
-  TableErrors ofTried(tried.shared.tables), ofModel(model.shared->tables);
+  TableErrors ofTables(tried.tables);
   leaveOneOut.predict(candidates, [&](const Fold&, std::span<const uint32_t> asked, size_t c,
                                       std::span<const Rgb> predicted, std::span<const Rgb> truth) {
-    for (size_t i = 0; i < asked.size(); ++i) {
-      const float error = reflectance::logError(predicted[i], truth[i], leaveOneOut.white());
-      ofTried.add(mixtures[asked[i]], c, error);
-      ofModel.add(model.shared->mixtures[surfels[asked[i]]], c, error);
-    }
+    for (size_t i = 0; i < asked.size(); ++i)
+      ofTables.add(mixtures[asked[i]], c, reflectance::logError(predicted[i], truth[i], leaveOneOut.white()));
   });
-  leaveOneOut.setTrust(ofTried.trust());
+  leaveOneOut.setTrust(ofTables.trust());
   std::array<CandidateErrors, 2> errors;
   leaveOneOut.predict(candidates, [&](const Fold& left, std::span<const uint32_t>, size_t c,
                                       std::span<const Rgb> predicted, std::span<const Rgb> truth) {
     errors[c].add(left, predicted, truth, leaveOneOut.white());
   });
-  return {ofModel.trust(), errors[0].gains(errors[1], kTableGainDb), errors[0].all.db()};
+  return {ofTables.trust(), errors[0].gains(errors[1], kTableGainDb), errors[0].all.db()};
 }
 
 } // namespace
@@ -553,7 +549,8 @@ bool canLeaveOut(const Model& model) {
   return model.rig.views.size() >= kFewest && model.rig.lights.size() >= kFewest && model.cloud.size() > 0;
 }
 
-InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const Progress& progress) {
+InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const SharedSample* shared,
+                                           const Progress& progress) {
   if (!canLeaveOut(model)) return {};
   LeaveOneOut leaveOneOut(model, sampleOf(model, evenlyChosen(model.cloud.size(), kSurfels)), foldsOf(model),
                           progress);
@@ -574,7 +571,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
     selection.choice.kind = weights::Interpolation::separate;
     selection.leftOut->chosenDb = db[0];
   }
-  if (!model.shared) return selection;
+  if (!shared) return selection;
 
   std::array<Candidate, 2> withTables{candidates[best], usesKriging ? candidates[best] : candidates[0]};
   withTables[0].choice.kind = weights::Interpolation::shared;
@@ -582,7 +579,7 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
       usesKriging ? weights::Interpolation::kriging : weights::Interpolation::separate;
   withTables[0].foreshortened = withTables[1].foreshortened;
   withTables[0].choice.shadows = true; // tables hold lit surfaces only
-  TableSelection tables = selectTables(model, withTables, progress);
+  TableSelection tables = selectTables(model, *shared, withTables, progress);
   selection.trust = std::move(tables.trust);
   if (tables.isBetter) {
     selection.choice = withTables[0].choice;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/model/model.h"
+#include "srf/model/shared_surface.h"
 #include "srf/weights/interpolation.h"
 #include "srf/weights/light_blend.h"
 #include "surfel/base/time.h"
@@ -84,11 +85,11 @@ struct InterpolationSelection {
 // foreshortened if the model's light blend is; in a capture with gaps, which has no light blend, if there are
 // normals and the error is less.
 //
-// Tables are trusted as far as they predict photographs of the surfels that they describe better than kriging
-// does (tableShare), and used if the error is then less. They were fitted to all photographs, also to those
-// left out: one of thousands for a table, of dozens for a gain. Reads blocks of the model's view files.
-// Throws Error as ViewFile::read, and Cancelled.
-InterpolationSelection selectInterpolation(const Model& model, bool hasNormals,
+// Tables are trusted as far as they predict photographs of the surfels that they describe better than the
+// choice without tables does (tableShare), and used if the error is then less. Tables are tried that have not
+// seen the photographs that are left out. `shared`: the sample of which the model's tables were made; null
+// without tables. Reads blocks of the model's view files. Throws Error as ViewFile::read, and Cancelled.
+InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const SharedSample* shared,
                                            const Progress& progress = {});
 
 } // namespace surflect::model

@@ -20,7 +20,7 @@ namespace surflect::reflectance {
 namespace {
 
 constexpr size_t kRings = kRingEdges.size() + 1;
-constexpr TableGrid kIsotropicGrid{{33, 3, 7, 3}};
+constexpr TableGrid kIsotropicGrid{{33, 1, 7, 1}};
 
 float squaredDistance(const RingProfile& a, const RingProfile& b) {
   float sum = 0;
@@ -81,8 +81,6 @@ public:
   IsotropicTables(const Photographs& photographs, const ClusterOptions& options, const Progress& progress)
       : photographs_(photographs), places_(isotropicPlaces(photographs)), progress_(progress) {
     fit_.white = options.white;
-    fit_.tolerance = 1e-3;
-    fit_.mostIterations = 40;
   }
 
   std::vector<Rgb> fitted(std::span<const float> membership) const {

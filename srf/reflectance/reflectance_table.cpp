@@ -14,6 +14,7 @@ struct Division {
   float fraction;
 };
 Division divide(float coordinate, uint32_t nodes) {
+  if (nodes == 1) return {0, 0};
   const float last = static_cast<float>(nodes - 1);
   const float at = std::clamp(last / 2 * (1 + coordinate), 0.f, last);
   const uint32_t cell = std::min(static_cast<uint32_t>(at), nodes - 2);
@@ -67,6 +68,7 @@ std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb
   const std::array<double, 4> coordinates{stretchedHalf(at.halfU), stretchedHalf(at.halfV), at.differenceU,
                                           at.differenceV};
   const auto hat = [&](size_t axis, uint32_t node) {
+    if (grid.nodes[axis] == 1) return 1.0;
     const double spacing = 2.0 / (grid.nodes[axis] - 1);
     const double distance = std::abs(std::clamp(coordinates[axis], -1.0, 1.0) - (node * spacing - 1));
     return std::max(0.0, 1 - distance / spacing);

@@ -29,8 +29,8 @@ namespace surflect::reflectance {
 // a of p; odd, and 1 at 1.
 template <class T> T stretchedHalf(T p) { return 3 * p / (1 + 2 * std::abs(p)); }
 
-// Grid of a table. Nodes along half u, half v, difference u and difference v, from -1 to 1: odd numbers of at
-// least 3, with at most 2^16 nodes of p and of e.
+// Grid of a table. Nodes along half u, half v, difference u and difference v, from -1 to 1: odd numbers, with
+// at most 2^16 nodes of p and of e. A coordinate with one node does not count.
 struct TableGrid {
   std::array<uint32_t, 4> nodes{33, 33, 7, 7};
 
@@ -63,19 +63,24 @@ struct TableCorners {
   std::array<uint32_t, 16> index;
   std::array<float, 16> weight;
 };
-inline TableCorners cornersOf(const TableGrid& grid, const TablePlace& place) {
-  const auto& f = place.fraction;
+inline std::array<float, 16> cornerWeights(const std::array<float, 4>& f) {
   const std::array<float, 4> ofHalf{(1 - f[0]) * (1 - f[1]), (1 - f[0]) * f[1], f[0] * (1 - f[1]),
                                     f[0] * f[1]};
   const std::array<float, 4> ofDifference{(1 - f[2]) * (1 - f[3]), (1 - f[2]) * f[3], f[2] * (1 - f[3]),
                                           f[2] * f[3]};
-  TableCorners corners;
+  std::array<float, 16> weights;
+  for (size_t h = 0; h < 4; ++h)
+    for (size_t e = 0; e < 4; ++e) weights[4 * h + e] = ofHalf[h] * ofDifference[e];
+  return weights;
+}
+inline TableCorners cornersOf(const TableGrid& grid, const TablePlace& place) {
+  const auto step = [&](size_t axis) { return grid.nodes[axis] > 1 ? 1u : 0u; };
+  TableCorners corners{{}, cornerWeights(place.fraction)};
   for (uint32_t h = 0; h < 4; ++h)
-    for (uint32_t e = 0; e < 4; ++e) {
-      corners.index[4 * h + e] = grid.indexOf(place.half + h / 2 * grid.nodes[1] + h % 2,
-                                              place.difference + e / 2 * grid.nodes[3] + e % 2);
-      corners.weight[4 * h + e] = ofHalf[h] * ofDifference[e];
-    }
+    for (uint32_t e = 0; e < 4; ++e)
+      corners.index[4 * h + e] =
+          grid.indexOf(place.half + h / 2 * step(0) * grid.nodes[1] + h % 2 * step(1),
+                       place.difference + e / 2 * step(2) * grid.nodes[3] + e % 2 * step(3));
   return corners;
 }
 

@@ -16,7 +16,8 @@ namespace surflect::reflectance {
 namespace {
 
 constexpr TableGrid kFibreGrid{{25, 25, 3, 3}};
-constexpr size_t kFibrePhotographs = 100'000; // in all patches of a cluster
+constexpr size_t kIterations = 60, kFurtherIterations = 20; // of fits from nothing, and from a table
+constexpr size_t kFibrePhotographs = 50'000;                // in all patches of a cluster
 
 template <class T> std::vector<T> chosen(std::span<const T> all, std::span<const uint32_t> indices) {
   std::vector<T> some;
@@ -37,10 +38,10 @@ std::vector<Angle> fibresOf(const Photographs& photographs, std::span<const Poin
                                                    std::max<size_t>(1, options.photographsInPatch)));
   FitOptions fit;
   fit.white = options.white;
-  fit.mostIterations = 40;
+  fit.mostIterations = kFurtherIterations;
   const std::vector<Fibre> fibres =
       refinedFibres(kFibreGrid, ofFew.view(), fewFrames, patches,
-                    highlightFibres(ofFew.view(), fewFrames, patches, options.white), fit, 3, progress);
+                    highlightFibres(ofFew.view(), fewFrames, patches, options.white), fit, 2, progress);
   for (uint32_t& centre : patches.centres) centre = few[centre];
   return fibreAngles(places, frames, patches, fibres);
 }
@@ -110,6 +111,51 @@ std::vector<Rgb> mixedPredictions(const std::vector<std::vector<Rgb>>& ofTables,
   return mixed;
 }
 
+// Fits tables to photographs in frames that are turned to the fibres.
+class TableFits {
+public:
+  // The arguments must outlive this.
+  TableFits(const Photographs& photographs, std::span<const Angle> fibres, const SharingOptions& options,
+            const Progress& progress)
+      : directions_(turnedDirections(photographs, fibres)), along_(photographs), options_(options),
+        places_(placesOf(options.grid, directions_)), progress_(progress) {
+    along_.directions = directions_;
+  }
+
+  // A table of the members, from about `most` photographs; better than `start`, if that is a table.
+  SharedTable fitted(std::vector<float> membership, size_t most, SharedTable start = {}) const {
+    FitOptions fit;
+    fit.white = options_.white;
+    fit.mostIterations = start.nodes.empty() ? kIterations : kFurtherIterations;
+    return fitSharedTable(options_.grid, along_, places_,
+                          thinnedMembership(along_, std::move(membership), most), fit, 2, progress_,
+                          std::move(start));
+  }
+
+  // Sets tables and gains by the mixtures, each table better than that of `start`, if there are any.
+  void fitAll(SharedReflectance& shared, size_t most, std::vector<SharedTable> start) const {
+    const size_t count = shared.trust.size();
+    start.resize(count);
+    shared.tables = {options_.grid, {}};
+    std::vector<std::vector<Rgb>> predictions;
+    for (size_t table = 0; table < count; ++table) {
+      std::vector<float> membership;
+      for (const TableMixture& mixture : shared.mixtures) membership.push_back(weightIn(mixture, table));
+      SharedTable own = fitted(std::move(membership), most, std::move(start[table]));
+      shared.tables.add(own.nodes);
+      predictions.push_back(std::move(own.predictions));
+    }
+    shared.gains = gainsOf(along_, mixedPredictions(predictions, along_, shared.mixtures), options_.white);
+  }
+
+private:
+  const std::vector<HalfDifference<>> directions_;
+  Photographs along_;
+  const SharingOptions& options_;
+  const std::vector<TablePlace> places_;
+  const Progress& progress_;
+};
+
 } // namespace
 
 SharedReflectance shareReflectance(const Photographs& photographs, const SurfelPlaces& sampled,
@@ -137,38 +183,28 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
     for (size_t i = 0; i < members.size(); ++i) shared.fibres[members[i]] = fibres[i];
   }
 
-  const std::vector<HalfDifference<>> directions = turnedDirections(photographs, shared.fibres);
-  Photographs along = photographs;
-  along.directions = directions;
-  const std::vector<TablePlace> gridPlaces = placesOf(options.grid, directions);
-  FitOptions fit;
-  fit.white = options.white;
-  const auto fitted = [&](std::vector<float> membership, size_t rounds) {
-    return fitSharedTable(options.grid, along, gridPlaces,
-                          thinnedMembership(along, std::move(membership), options.photographs), fit, rounds,
-                          progress);
-  };
-
+  TableFits fits(photographs, shared.fibres, options, progress);
+  std::vector<SharedTable> tables;
   std::vector<float> errors(surfels * clusters.count);
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
-    const SharedTable table = fitted(membershipIn(clusters.of, cluster), 2);
-    const auto ofTable = leftOutErrors(along, table.predictions, options.white);
+    tables.push_back(fits.fitted(membershipIn(clusters.of, cluster), options.photographs / 4));
+    const auto ofTable = leftOutErrors(photographs, tables.back().predictions, options.white);
     for (size_t s = 0; s < surfels; ++s) errors[s * clusters.count + cluster] = ofTable[s];
   }
   errors = smoothedErrors(places, errors);
   for (size_t s = 0; s < surfels; ++s)
     shared.mixtures.push_back(mixtureOf(std::span(errors).subspan(s * clusters.count, clusters.count)));
 
-  std::vector<std::vector<Rgb>> predictions;
-  for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
-    std::vector<float> membership;
-    for (const TableMixture& mixture : shared.mixtures) membership.push_back(weightIn(mixture, cluster));
-    SharedTable table = fitted(std::move(membership), 3);
-    shared.tables.add(table.nodes);
-    predictions.push_back(std::move(table.predictions));
-  }
-  shared.gains = gainsOf(along, mixedPredictions(predictions, along, shared.mixtures), options.white);
+  fits.fitAll(shared, options.photographs, std::move(tables));
   return shared;
+}
+
+SharedReflectance refitReflectance(const SharedReflectance& shared, const Photographs& photographs,
+                                   const SharingOptions& options, const Progress& progress) {
+  assert(photographs.surfels() == shared.mixtures.size());
+  SharedReflectance refitted = shared;
+  TableFits(photographs, shared.fibres, options, progress).fitAll(refitted, options.photographs / 4, {});
+  return refitted;
 }
 
 SharedReflectance spreadReflectance(const SharedReflectance& sample, const SurfelPlaces& sampled,
@@ -177,44 +213,36 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
   const size_t count = surfels.size(), tables = sample.tables.count();
   SharedReflectance all{
       sample.white, sample.tables, sample.trust, fibresNear(sample, sampled, surfels), {}, {}};
-  std::vector<std::vector<Rgb>> nodes;
-  for (size_t table = 0; table < tables; ++table) nodes.push_back(sample.tables.nodes(table));
-
-  // Calls use(first surfel, photographs along the fibres, predictions of each table), part by part.
-  const auto forEachPart = [&](const auto& use) {
-    for (size_t begin = 0; begin < count; begin += kSurfelsAtOnce) {
-      progress.checkpoint();
-      const size_t end = std::min(count, begin + kSurfelsAtOnce);
-      const PhotographArrays own = photographsOf(begin, end);
-      const Photographs photographs = own.view();
-      const std::vector<HalfDifference<>> directions =
-          turnedDirections(photographs, std::span(all.fibres).subspan(begin, end - begin));
-      Photographs along = photographs;
-      along.directions = directions;
-      const std::vector<TablePlace> places = placesOf(sample.tables.grid, directions);
-      std::vector<std::vector<Rgb>> predictions;
-      for (const auto& ofTable : nodes)
-        predictions.push_back(predictionsOf(sample.tables.grid, ofTable, along, places));
-      use(begin, along, predictions);
-    }
-  };
-
   std::vector<float> errors(count * tables);
-  forEachPart([&](size_t begin, const Photographs& photographs, const auto& predictions) {
+  std::vector<Rgb> gains(count * tables); // by each table alone
+  for (size_t begin = 0; begin < count; begin += kSurfelsAtOnce) {
+    progress.checkpoint();
+    const size_t end = std::min(count, begin + kSurfelsAtOnce);
+    const PhotographArrays own = photographsOf(begin, end);
+    const std::vector<HalfDifference<>> directions =
+        turnedDirections(own.view(), std::span(all.fibres).subspan(begin, end - begin));
+    Photographs along = own.view();
+    along.directions = directions;
+    const std::vector<TablePlace> places = placesOf(sample.tables.grid, directions);
     for (size_t table = 0; table < tables; ++table) {
-      const std::vector<float> ofTable = leftOutErrors(photographs, predictions[table], sample.white);
-      for (size_t s = 0; s < ofTable.size(); ++s) errors[(begin + s) * tables + table] = ofTable[s];
+      const auto predictions = predictionsOf(sample.tables.grid, sample.tables.nodes(table), along, places);
+      const std::vector<float> ownErrors = leftOutErrors(along, predictions, sample.white);
+      const std::vector<Rgb> ownGains = gainsOf(along, predictions, sample.white);
+      for (size_t s = begin; s < end; ++s) {
+        errors[s * tables + table] = ownErrors[s - begin];
+        gains[s * tables + table] = ownGains[s - begin];
+      }
     }
-  });
+  }
   errors = smoothedErrors(surfels.places, errors);
-  for (size_t s = 0; s < count; ++s)
-    all.mixtures.push_back(mixtureOf(std::span(errors).subspan(s * tables, tables)));
-  forEachPart([&](size_t begin, const Photographs& photographs, const auto& predictions) {
-    const auto mixtures = std::span(all.mixtures).subspan(begin, photographs.surfels());
-    const std::vector<Rgb> gains =
-        gainsOf(photographs, mixedPredictions(predictions, photographs, mixtures), sample.white);
-    all.gains.insert(all.gains.end(), gains.begin(), gains.end());
-  });
+  for (size_t s = 0; s < count; ++s) {
+    const TableMixture mixture = mixtureOf(std::span(errors).subspan(s * tables, tables));
+    Rgb gain;
+    for (size_t m = 0; m < kMixedTables; ++m)
+      gain = gain + mixture.weight[m] * gains[s * tables + mixture.table[m]];
+    all.mixtures.push_back(mixture);
+    all.gains.push_back(gain);
+  }
   return all;
 }
 

@@ -30,7 +30,7 @@ struct SharingOptions {
   TableGrid grid;                  // of the tables
   size_t mostTables = 8;           // at least 1; merged to as few as the object needs
   size_t photographsInPatch = 500; // about as many find a fibre direction together
-  size_t photographs = 300'000;    // about as many are looked at for each table; surfels are left out evenly
+  size_t photographs = 120'000; // about as many are looked at for each table in step 5, a quarter in step 3
 };
 
 struct SharedReflectance {
@@ -58,11 +58,17 @@ struct SurfelPlaces {
 SharedReflectance shareReflectance(const Photographs& photographs, const SurfelPlaces& surfels,
                                    const SharingOptions& options, const Progress& progress = {});
 
-// Photographs of the surfels [begin, end), whose directions are in their frames. The same at each call.
+// The same clusters, fibres and mixtures, with tables and gains from other photographs of the surfels, a
+// quarter of options.photographs for each table. Throws Cancelled.
+SharedReflectance refitReflectance(const SharedReflectance& shared, const Photographs& photographs,
+                                   const SharingOptions& options, const Progress& progress = {});
+
+// Photographs of the surfels [begin, end), whose directions are in their frames.
 using PhotographsOf = std::function<PhotographArrays(size_t begin, size_t end)>;
 
-// The tables of a sample, with fibres, mixtures and gains of all surfels. Asks for the photographs of each
-// surfel twice, kSurfelsAtOnce at a time. Throws Cancelled.
+// The tables of a sample, with fibres, mixtures and gains of all surfels. Gains are those by each table
+// alone, mixed as the tables are. Asks for the photographs of kSurfelsAtOnce surfels at a time. Throws
+// Cancelled.
 inline constexpr size_t kSurfelsAtOnce = 1 << 16;
 SharedReflectance spreadReflectance(const SharedReflectance& sample, const SurfelPlaces& sampled,
                                     const SurfelPlaces& surfels, const PhotographsOf& photographsOf,

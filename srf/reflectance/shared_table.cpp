@@ -59,9 +59,10 @@ std::vector<Rgb> predictionsOf(const TableGrid& grid, std::span<const Rgb> nodes
 
 SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs,
                            std::span<const TablePlace> places, std::span<const float> membership,
-                           const FitOptions& options, size_t rounds, const Progress& progress) {
+                           const FitOptions& options, size_t rounds, const Progress& progress,
+                           SharedTable shared) {
   assert(places.size() == photographs.size() && membership.size() == photographs.surfels());
-  SharedTable shared{{}, std::vector<Rgb>(photographs.surfels(), Rgb{1, 1, 1}), {}};
+  if (shared.nodes.empty()) shared.gains.assign(photographs.surfels(), {1, 1, 1});
   for (size_t round = 0; round < rounds; ++round) {
     MemberSamples samples;
     for (size_t surfel = 0; surfel < photographs.surfels(); ++surfel) {
@@ -74,11 +75,11 @@ SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs
         samples.factors.push_back(photographs.links[i] * gain);
         samples.weights.push_back(
             membership[surfel] * brightnessWeight(y, options.white) *
-            (round == 0 ? 1 : robustWeight(y, gain * shared.predictions[i], options.white)));
+            (shared.nodes.empty() ? 1 : robustWeight(y, gain * shared.predictions[i], options.white)));
       }
     }
     shared.nodes = fitTable(grid, {samples.places, samples.measured, samples.factors, samples.weights},
-                            options, progress);
+                            options, shared.nodes, progress);
     shared.predictions = predictionsOf(grid, shared.nodes, photographs, places);
     shared.gains = gainsOf(photographs, shared.predictions, options.white);
   }

@@ -5,7 +5,8 @@
 //
 // Symbols: w_i weight of a photograph in the fit (table_fit.h), m membership of its surfel, y_i reflectance,
 // x_i its prediction in the round before; r_i Cauchy's weight [Holland 1977], the least of the channels: a
-// reflection or flare that only one photograph shows counts little. In the first round r_i is 1.
+// reflection or flare that only one photograph shows counts little. In the first round r_i is 1. Each round
+// begins with the table of the round before.
 //
 // [Holland 1977] Holland, Welsch: Robust regression using iteratively reweighted least-squares.
 #pragma once
@@ -36,9 +37,11 @@ std::vector<Rgb> predictionsOf(const TableGrid& grid, std::span<const Rgb> nodes
                                const Photographs& photographs, std::span<const TablePlace> places);
 
 // Fits a table to the members' photographs, and the gains of all surfels to the table. membership: weight of
-// each surfel in the fit, 0..1 (#surfels). rounds > 0. Throws Cancelled.
+// each surfel in the fit, 0..1 (#surfels). rounds > 0, further ones to those of `start` if it has nodes.
+// Throws Cancelled.
 SharedTable fitSharedTable(const TableGrid& grid, const Photographs& photographs,
                            std::span<const TablePlace> places, std::span<const float> membership,
-                           const FitOptions& options, size_t rounds = 3, const Progress& progress = {});
+                           const FitOptions& options, size_t rounds = 3, const Progress& progress = {},
+                           SharedTable start = {});
 
 } // namespace surflect::reflectance

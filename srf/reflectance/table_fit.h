@@ -40,13 +40,13 @@ struct FitOptions {
   double smoothDifference = 0.2; // lambda_e
   double ridge = 1e-4;           // mu
   double tolerance = 1e-4;       // of the residual of the normal equations, relative to their right side
-  size_t mostIterations = 150;
+  size_t mostIterations = 60;
 };
 
-// Values of all stored nodes (#grid.size()). Throws Cancelled. Costs about 200 products a photograph and
-// iteration.
+// Values of all stored nodes (#grid.size()), from those of `start` on, or 0 without any. In single precision.
+// Throws Cancelled. Costs about 200 products a photograph and iteration.
 std::vector<Rgb> fitTable(const TableGrid& grid, const FitSamples& samples, const FitOptions& options,
-                          const Progress& progress = {});
+                          std::span<const Rgb> start = {}, const Progress& progress = {});
 
 // Reference of fitTable: a dense matrix in double precision, for grids of up to a few thousand nodes.
 std::vector<Rgb> fitTableReference(const TableGrid& grid, const FitSamples& samples,

@@ -140,7 +140,7 @@ TEST(TableFit, OfNoPhotographIsZero) {
 TEST(TableFit, CanBeCancelled) {
   const TableGrid grid{{5, 5, 3, 3}};
   const Measured some = measured(grid, smoothField, 100, 10);
-  EXPECT_THROW(fitTable(grid, some.samples(), {}, {{}, [] { return true; }}), Cancelled);
+  EXPECT_THROW(fitTable(grid, some.samples(), {}, {}, {{}, [] { return true; }}), Cancelled);
 }
 
 } // namespace
