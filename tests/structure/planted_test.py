@@ -63,6 +63,28 @@ class Planted(unittest.TestCase):
                 self.assertEqual(lone_headers.main(root, root), 1)
             self.assertEqual(said.getvalue().count("unknown type name 'A'"), 2)
 
+    def test_a_header_is_compiled_after_no_more_than_it_includes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            texts = {"surfel/a.h": "struct A {};\n", "surfel/b.h": "struct B {};\n" + 100 * "// long\n"}
+            texts |= {f"surfel/user{i}.h": f'#include "surfel/b.h"\ninline B b{i};\n' for i in range(10)}
+            texts["surfel/lacking.h"] = '#include "surfel/a.h"\ninline B b;\n'
+            texts["surfel/second.h"] = '#include "surfel/b.h"\ninline A a;\n'
+            plan = lone_headers.Plan(list(texts), texts, lone_headers.with_includes(texts))
+            self.assertEqual(plan.bases, {"surfel/b.h"})
+            for name, text in {**texts, lone_headers.COMMON: ""}.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text("#pragma once\n" + text)
+            command = f"c++ -I{root} -std=c++20 -o surfel/CMakeFiles/a.o -c a.cpp"
+            (root / "compile_commands.json").write_text(json.dumps([{"command": command}]))
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                self.assertEqual(lone_headers.main(root, root), 1)
+            self.assertEqual(said.getvalue().count("unknown type name"), 2)
+            passed = json.loads((root / "lone_headers.json").read_text())
+            # With the one that a faulty header includes first, which only that one would have proved.
+            self.assertEqual(texts.keys() - passed.keys(), {"surfel/lacking.h", "surfel/second.h", "surfel/a.h"})
+
 
 if __name__ == "__main__":
     unittest.main()
