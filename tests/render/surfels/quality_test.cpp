@@ -150,7 +150,7 @@ TEST(Quality, BlendingFieldsHaveNoSeams) {
   FrameOptions options;
   options.aovs = {"camera_blend", "light_blend"};
   const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{1.5, 1.0, 1.2}, {5, 5, 5}}};
-  studio::writeSphereMesh(folder / "smooth.ply", 768); // normals jump from face to face
+  studio::writeSphereMesh(folder / "smooth.ply", 512); // normals jump from face to face
   // Largest jumps by field and place on the path, for surfels and pixels finer by a factor.
   std::map<std::pair<std::string, int>, std::map<int, double>> jumps;
   for (const int fineness : {1, 4}) {
