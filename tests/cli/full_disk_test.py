@@ -24,7 +24,7 @@ class FullDisk(TestInFolder):
         super().setUpClass()
         cls.capture = cls.folder / "capture"
         cls.script = cls.folder / "film.toml"
-        write_small_capture(cls.capture, cameras=3, lights=2)
+        write_small_capture(cls.capture, cameras=3, lights=2, coarse=True)
         cls.script.write_text(SCRIPT)
         succeed(*cls.pack("model.srf"))
         succeed(*cls.render("film"))

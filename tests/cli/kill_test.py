@@ -27,7 +27,7 @@ class Kill(TestInFolder):
     def setUpClass(cls):
         super().setUpClass()
         cls.capture = cls.folder / "capture"
-        write_small_capture(cls.capture, cameras=3, lights=2)
+        write_small_capture(cls.capture, cameras=3, lights=2, coarse=True)
 
     @classmethod
     def pack(cls, name, capture="capture"):
@@ -59,7 +59,7 @@ class Kill(TestInFolder):
 
     def test_pack(self):
         # A model of another capture, some of whose views have numbers that this one has, too.
-        write_small_capture(self.folder / "other", cameras=5, lights=2)
+        write_small_capture(self.folder / "other", cameras=5, lights=2, coarse=True)
         succeed(*self.pack("other.srf", "other"))
         succeed(*self.pack("whole.srf"))
         self.killed_at_any_moment(lambda name: [*self.pack(name), "--overwrite"],

@@ -434,7 +434,7 @@ class FromACapture(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.write_small_shot(cameras=3, lights=3)
+        cls.write_small_shot(cameras=3, lights=3, coarse=True)
         cls.lamps = cls.folder / "lamps.toml"
         cls.lamps.write_text('[[light]]\ntype = "directional"\ndirection = [1, -1, 1]\n')
         cls.built = succeed("pack", cls.capture, "--method", "slf", "--lights", cls.lamps, "--common-lights", "-o",

@@ -38,10 +38,10 @@ class SmallDisk(TestInFolder):
     def setUpClass(cls):
         super().setUpClass()
         cls.capture, cls.elsewhere, cls.disk = (cls.folder / name for name in ("capture", "elsewhere", "disk"))
-        write_small_capture(cls.capture, cameras=3, lights=2)
+        write_small_capture(cls.capture, cameras=3, lights=2, coarse=True)
         cls.elsewhere.mkdir()
         cls.disk.mkdir()
-        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", cls.disk], check=True)
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16m", "tmpfs", cls.disk], check=True)
         cls.addClassCleanup(subprocess.run, ["umount", cls.disk], check=True)
         cls.script = cls.elsewhere / "film.toml"
         cls.script.write_text(SCRIPT)
