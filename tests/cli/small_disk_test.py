@@ -98,6 +98,15 @@ class SmallDisk(TestInFolder):
     def test_import(self):
         self.fails_and_recovers(lambda output: ["import", self.capture, "-o", output], keeps_parts=False)
 
+    def test_a_spherical_light_field_that_will_not_fit_stops_after_its_first_images(self):
+        stage = self.elsewhere / "stage.toml"
+        stage.write_text(SMALL_STAGE)
+        self.fill_but(1 << 20)
+        result = run("pack", stage, "--method", "spherical", "--levels", "6", "--size", "64", "-o", self.disk / "out")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(result.stderr, r"levels 6 and size 64: needs [0-9.]+ GiB on disk for 20480 images, "
+                                        r"by the size of the first 32, but 0.0 GiB are free at ")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -7,6 +7,7 @@
 #include "surfel/base/folder.h"
 #include "surfel/base/memory.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>
 
@@ -88,6 +89,22 @@ void describeMesh(Archive& archive, TriangleMesh& mesh) {
   archive.number<uint64_t>("triangles", triangles, {});
   archive.array<float>("positions", mesh.positions, positions);
   archive.array<uint32_t>("triangles", mesh.triangles, triangles, Below(positions));
+}
+
+void requireDisk(const std::filesystem::path& folder, double bytes, const std::string& what) {
+  std::error_code failure; // reported when writing
+  std::filesystem::path there = std::filesystem::absolute(folder, failure);
+  double available = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(there, failure))
+    if (entry.is_regular_file(failure)) available += static_cast<double>(entry.file_size(failure));
+  while (there.has_relative_path() && !std::filesystem::exists(there, failure)) there = there.parent_path();
+  const std::filesystem::space_info disk = std::filesystem::space(there, failure);
+  if (failure) return;
+  available += static_cast<double>(disk.available);
+  if (bytes <= available) return;
+  constexpr double kGibibyte = 1 << 30;
+  throw Error(fmt::format("needs {:.1f} GiB on disk for {}, but {:.1f} GiB are free at {}", bytes / kGibibyte,
+                          what, available / kGibibyte, folder.string()));
 }
 
 bool isFinished(const fs::path& folder, std::string_view format) { return formatOf(folder) == format; }

@@ -35,6 +35,10 @@ void describeMesh(Archive& archive, TriangleMesh& mesh);
 // Throws Error unless a light field may be written there: the folder is missing, empty, or holds one.
 void requireLightFieldFolder(const std::filesystem::path& folder);
 
+// Throws Error if the disk lacks room for a light field of so many bytes in a folder: "needs 64.0 GiB on disk
+// for WHAT, but 12.0 GiB are free at FOLDER". Files of the folder, which a writer replaces, count as free.
+void requireDisk(const std::filesystem::path& folder, double bytes, const std::string& what);
+
 // Whether a folder holds a finished light field of a format.
 bool isFinished(const std::filesystem::path& folder, std::string_view format);
 

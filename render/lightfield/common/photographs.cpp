@@ -147,6 +147,13 @@ Photographs::Picture Photographs::pictureOf(const image::Image& premultiplied,
   return picture;
 }
 
+double photographMemory(const Views& views) {
+  double pixels = 0;
+  for (const size_t view : views.ofSplit(capture::Split::train))
+    pixels += static_cast<double>(views.camera(view).lens.width) * views.camera(view).lens.height;
+  return 12 * pixels;
+}
+
 Photographs::Photographs(const Views& views, const Progress& progress) {
   const std::vector<size_t> training = views.ofSplit(capture::Split::train);
   pictures_.resize(training.size());

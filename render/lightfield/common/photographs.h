@@ -49,6 +49,9 @@ inline constexpr int kCodesPerPixel = 85;
 // it there are no edges.
 std::vector<uint8_t> edgeDistances(std::span<const PixelHit> hits, int width);
 
+// Bytes of the training views' Photographs, if the object fills all pictures.
+double photographMemory(const Views& views);
+
 class Photographs {
 public:
   // Reads all training views. Memory: 12 bytes per pixel of the object's rectangle in each photograph. Throws

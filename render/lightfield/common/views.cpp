@@ -108,6 +108,12 @@ Views viewsOf(const method::BuildInput& input, const Progress& progress, bool pl
   return views;
 }
 
+void foretellMemory(const method::BuildInput& input, double bytes, const std::string& what) {
+  constexpr double kGibibyte = 1 << 30;
+  if (bytes >= kGibibyte)
+    input.say(fmt::format("{} take up to {:.1f} GiB of memory", what, bytes / kGibibyte));
+}
+
 std::string mebibytes(uint64_t bytes) {
   return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
 }

@@ -78,6 +78,9 @@ private:
 // requireLightFieldFolder(), Views and the taking of findings do.
 Views viewsOf(const method::BuildInput& input, const Progress& progress, bool plainPinholes = false);
 
+// Says how much memory a build will take for something, if that is 1 GiB or more.
+void foretellMemory(const method::BuildInput& input, double bytes, const std::string& what);
+
 // "1.5 MiB"
 std::string mebibytes(uint64_t bytes);
 // Bytes of the training views' pictures.

@@ -204,7 +204,7 @@ size_t mostTerms(const Rings& rings, const MapSizes& sizes) {
   return std::min(mostRows(rings, sizes.samples), sizes.channels * ViewGrid(sizes.viewSize).cells());
 }
 
-void requireMemoryFor(const Rings& rings, const MapSizes& sizes) {
+double memoryFor(const Rings& rings, const MapSizes& sizes) {
   const auto count = [](size_t number) { return static_cast<double>(number); };
   const double samples = count(PatchGrid::samples(sizes.samples)),
                cells = count(ViewGrid(sizes.viewSize).cells());
@@ -215,8 +215,13 @@ void requireMemoryFor(const Rings& rings, const MapSizes& sizes) {
   const double matrices = 2 * sizeof(float) * matrix * threads; // observed and arranged
   const double maps = terms * (3 * triangles * samples + channels * vertices * cells) +
                       3 * sizeof(float) * channels * triangles * samples;
+  return matrices + maps;
+}
+
+void requireMemoryFor(const Rings& rings, const MapSizes& sizes) {
   atField(fmt::format("samples {} and view_size {}", sizes.samples, sizes.viewSize), [&] {
-    requireMemory(matrices + maps, fmt::format("matrices and maps of {} triangles", rings.corners().size()));
+    requireMemory(memoryFor(rings, sizes),
+                  fmt::format("matrices and maps of {} triangles", rings.corners().size()));
   });
 }
 

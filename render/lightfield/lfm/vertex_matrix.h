@@ -53,7 +53,9 @@ struct MapSizes {
 // Most terms that the matrix of a vertex can have: samples around it, or directions, if these are fewer.
 size_t mostTerms(const Rings& rings, const MapSizes& sizes);
 
-// Throws Error if matrices and maps of these sizes do not fit into memory, for any content.
+// Bytes of matrices and maps of these sizes in memory, at most.
+double memoryFor(const Rings& rings, const MapSizes& sizes);
+// Throws Error if that is more than this process may use.
 void requireMemoryFor(const Rings& rings, const MapSizes& sizes);
 
 // Bytes of all matrices as the paper counts them: one for each channel of each sample of each triangle in

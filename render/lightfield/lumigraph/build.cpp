@@ -5,9 +5,12 @@
 #include "render/lightfield/lumigraph/lumigraph_file.h"
 #include "render/lightfield/lumigraph/slab.h"
 #include "srf/image/half_float.h"
+#include "surfel/base/error.h"
+#include "surfel/base/memory.h"
 #include "surfel/base/time.h"
 
 #include <Eigen/Core>
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -111,6 +114,16 @@ int stepFor(const Slabs& slabs, double lines) {
   return static_cast<int>(std::ceil(std::sqrt(texels / lines)));
 }
 
+// Throws Error unless all texels fit on the disk, and into memory, where a lumigraph is rendered from.
+void requireRoom(const Slabs& slabs, const SlabOptions& options, const std::filesystem::path& folder) {
+  double bytes = 0;
+  for (const Slab& slab : slabs) bytes += static_cast<double>(slab.texels() * sizeof(Texel));
+  atField(fmt::format("texels {} and st {}", options.texels, options.nodes), [&] {
+    lightfield::requireDisk(folder, bytes, "the pictures of six slabs");
+    requireMemory(bytes, "the pictures of six slabs, when they are rendered");
+  });
+}
+
 } // namespace
 
 BuildReport build(const lightfield::Views& views, const BuildOptions& options,
@@ -124,6 +137,7 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
   const TriangleMesh& mesh = views.mesh();
   Lumigraph lumigraph;
   lumigraph.slabs = report.slabs = slabsAround(mesh, options.slabs);
+  requireRoom(report.slabs, options.slabs, folder);
   lumigraph.overlap = options.slabs.overlap;
   lumigraph.geometry = depthGeometry(mesh, options.triangles);
   report.triangles = lumigraph.geometry.mesh.triangles.size();

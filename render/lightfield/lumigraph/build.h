@@ -90,7 +90,8 @@ struct BuildReport {
   std::map<std::string, double> seconds; // by step
 };
 
-// Writes the folder (lumigraph_file.h). Only training views are read. Throws Error and Cancelled.
+// Writes the folder (lumigraph_file.h). Only training views are read. Throws Error, before any picture is
+// made also where the pictures do not fit on the disk or into memory; and Cancelled.
 BuildReport build(const lightfield::Views& views, const BuildOptions& options,
                   const std::filesystem::path& folder, const Progress& progress = {});
 

@@ -53,6 +53,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   BuildOptions& options = choice.options;
   options.triangles = choice.triangles.value_or(0);
   const lightfield::Views views = lightfield::viewsOf(input, progress);
+  lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
   const BuildReport report = build(views, options, input.output, progress);
   size_t texels = 0;
   std::vector<double> widths, heights;

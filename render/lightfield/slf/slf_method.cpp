@@ -2,6 +2,7 @@
 
 #include "render/gl/context.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/photographs.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/slf/build.h"
 #include "render/lightfield/slf/field_file.h"
@@ -57,6 +58,7 @@ method::BuildReport buildField(const method::BuildInput& input, const Setting& s
   const Stopwatch watch;
   const BuildOptions options = method::applied(BuildOptions{}, buildRows(), setting);
   const lightfield::Views views = lightfield::viewsOf(input, progress);
+  lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
   const BuildReport report = build(views, options, input.output, progress);
   if (report.unseenRegions > 0)
     input.say(fmt::format("{} regions are seen by no photograph: filled from their neighbours, {} left black",

@@ -8,6 +8,7 @@
 #include "surfel/math/bounds.h"
 
 #include <Eigen/Core>
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -92,6 +93,16 @@ void requireOptions(const BuildOptions& options) {
         .at("size");
 }
 
+// Throws Error unless all images fit on the disk if they are as large as the first `made`, which take
+// `bytes`.
+void requireRoom(const FieldShape& shape, double bytes, size_t made, const std::filesystem::path& folder) {
+  const size_t images = shape.images();
+  atField(fmt::format("levels {} and size {}", shape.levels, shape.size), [&] {
+    lightfield::requireDisk(folder, bytes * static_cast<double>(images) / static_cast<double>(made),
+                            fmt::format("{} images, by the size of the first {}", images, made));
+  });
+}
+
 } // namespace
 
 BuildReport build(const lightfield::Views& views, const BuildOptions& options,
@@ -129,6 +140,11 @@ BuildReport build(const capture::Capture& cameras, const TriangleMesh& mesh, con
       seen[i] = {image.seen, image.unseen};
       tiles[i] = encoded({std::move(image.colors), std::move(image.heights)}, options.size);
     });
+    if (begin == 0) {
+      size_t bytes = 0;
+      for (const std::vector<std::byte>& tile : tiles) bytes += tile.size();
+      requireRoom(report.shape, static_cast<double>(bytes), count, folder);
+    }
     for (size_t i = 0; i < count; ++i) {
       writer.append(tiles[i]);
       report.seen += seen[i].first, report.unseen += seen[i].second;

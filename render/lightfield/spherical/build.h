@@ -63,7 +63,9 @@ BuildReport build(const lightfield::Views& views, const BuildOptions& options,
 using MakeImage =
     std::function<ResampledImage(const Sphere& sphere, const Vec3<double>& direction, int size)>;
 
-// Writes the folder with images that are made one by one. `cameras` and `mesh` are stored beside them.
+// Writes the folder with images that are made one by one. `cameras` and `mesh` are stored beside them. Throws
+// Error also where the images will not fit on the disk by the mean size of the first 32, which those of level
+// 0, in directions all around, belong to.
 BuildReport build(const capture::Capture& cameras, const TriangleMesh& mesh, const MakeImage& makeImage,
                   const BuildOptions& options, const std::filesystem::path& folder,
                   const Progress& progress = {});

@@ -49,6 +49,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   const Stopwatch watch;
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   const lightfield::Views views = lightfield::viewsOf(input, progress);
+  lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
   return reportOf(build(views, choice.options, choice.rays, input.output, progress), input, watch.seconds());
 }
 

@@ -49,6 +49,13 @@ protected:
   capture::Capture rig_ = studio::photograph({.cameras = 3, .lights = 0, .size = 24}, root_ / "views");
 };
 
+TEST_F(LightFieldFolderTest, MoreThanTheDiskHoldsIsRefused) {
+  requireDisk(folder_, 1, "a byte"); // in a folder that is not there yet
+  const std::string error = image::errorOf([&] { requireDisk(folder_, 1e18, "six slabs"); });
+  EXPECT_TRUE(error.starts_with("needs 931322574.6 GiB on disk for six slabs, but ")) << error;
+  EXPECT_TRUE(error.ends_with(" GiB are free at " + folder_.string())) << error;
+}
+
 TEST_F(LightFieldFolderTest, GivesBackWhatWasWritten) {
   write();
   const LightFieldFolder folder = open();
