@@ -72,7 +72,9 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
     report["error"] = "out of memory";
     status = kFailed;
   } catch (const std::exception& error) {
-    report["error"] = error.what();
+    const std::string text = error.what();
+    const bool lacksThreads = text.find("Resource temporarily unavailable") != text.npos;
+    report["error"] = text + (lacksThreads ? ": out of memory or threads; --threads 1 needs fewest" : "");
     status = kFailed;
   }
   if (status != 0) say("surflect: " + report["error"].get<std::string>());

@@ -238,6 +238,24 @@ bool isAlone() {
   return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1;
 }
 
+// What many objects or lights of a script cost, each in one line.
+std::vector<std::string> costsOf(size_t objects, const std::vector<scene::LightMotion>& lights) {
+  constexpr size_t kMany = 100;
+  std::vector<std::string> costs;
+  if (objects > kMany)
+    costs.push_back(fmt::format("{} objects: opening them takes as long, and a frame as much memory, as one "
+                                "model with the triangles of all",
+                                objects));
+  const auto lamps = static_cast<size_t>(std::ranges::count_if(lights, [](const scene::LightMotion& light) {
+    return !std::holds_alternative<scene::EnvironmentLightMotion>(light);
+  }));
+  if (lamps > kMany)
+    costs.push_back(fmt::format("{} lights: each is looked up at every visible surfel, so that the time of a "
+                                "frame grows with their number; an environment map merges its lights",
+                                lamps));
+  return costs;
+}
+
 // A film's renderer and its script, which is checked before the model is opened where it can be.
 struct OpenFilm {
   std::unique_ptr<method::Renderer> renderer;
@@ -274,10 +292,14 @@ OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
   // Original coordinates need the model's origin. Any other script is checked before the model is opened.
   const bool isEarly = head.coordinates == scene::Coordinates::model;
   if (isEarly) film.script = scene::readScript(arguments.script);
+  for (const std::string& cost : costsOf(head.objects.size(), film.script.lights)) say(cost);
   film.range = parseRange(arguments.frames, head.frames);
   film.folders = writableFolders(head.output, arguments, film.range);
   film.renderer = open(head);
-  if (!isEarly) film.script = scene::readScript(arguments.script, film.renderer->describe().rig.origin);
+  if (!isEarly) {
+    film.script = scene::readScript(arguments.script, film.renderer->describe().rig.origin);
+    for (const std::string& cost : costsOf(0, film.script.lights)) say(cost);
+  }
   film.script.model = head.model;
   film.script.objects = head.objects;
   return film;

@@ -8,6 +8,8 @@
 #include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -122,6 +124,23 @@ void collectErrors(Messages& messages) {
   glDebugMessageCallback(collect, &messages);
 }
 
+// Bytes of address space that Mesa's software renderer reserves for a context and its first frame. Without
+// them it does not fail, but corrupts memory.
+constexpr size_t kContextSpace = size_t{640} << 20;
+constexpr size_t kDrawingSpace = size_t{16} << 20; // left for any further command
+
+// Throws Error where a limit of the address space (ulimit -v) leaves less.
+void requireAddressSpace(size_t bytes) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+  void* const space = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (space == MAP_FAILED)
+    throw Error(std::to_string(bytes >> 20) + " MiB of address space are needed, more than the limit of " +
+                std::to_string(limit.rlim_cur >> 20) + " MiB leaves (ulimit -v): out of memory")
+        .in("OpenGL");
+  munmap(space, bytes);
+}
+
 // State that no object of this folder changes later.
 void setConventions() {
   glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
@@ -164,6 +183,7 @@ Context::Context(const ContextOptions& options) : state_(std::make_unique<State>
   requireLibrary("libGL.so.1", "libgl1");
   if (eglGetCurrentContext() != EGL_NO_CONTEXT) throw Error("this thread has a context already").in("OpenGL");
 
+  requireAddressSpace(kContextSpace);
   constexpr const char* kDriver = "a driver (Debian: libegl-mesa0 and libgl1-mesa-dri)";
   std::optional<std::string> older;
   for (EGLDisplay display : displays(options.software)) {
@@ -202,12 +222,14 @@ std::shared_ptr<const Context> contextOfThread() {
 
 void requireNoErrors() {
   assert(eglGetCurrentContext() != EGL_NO_CONTEXT);
+  requireAddressSpace(kDrawingSpace);
   void* user = nullptr;
   glGetPointerv(GL_DEBUG_CALLBACK_USER_PARAM, &user);
   auto& messages = *static_cast<Messages*>(user);
   if (messages.empty()) return;
   const std::string first = messages.front();
   messages.clear();
+  if (first.starts_with("GL_OUT_OF_MEMORY")) throw Error("out of memory (" + first + ")").in("OpenGL");
   throw mismatch("no error", first);
 }
 

@@ -37,7 +37,8 @@ struct Description {
 
 class Context {
 public:
-  // Throws Error if there is no EGL, no driver, or no OpenGL 4.5. Needs a thread without a current context.
+  // Throws Error if there is no EGL, no driver, or no OpenGL 4.5; and where a limit of the address space
+  // (ulimit -v) leaves too little. Needs a thread without a current context.
   explicit Context(const ContextOptions& options = {});
   ~Context();
   Context(const Context&) = delete;
@@ -56,8 +57,9 @@ private:
 // context. Throws Error as Context does, and if the thread has a context that was made otherwise.
 std::shared_ptr<const Context> contextOfThread();
 
-// Throws Error with the first error or undefined behaviour that OpenGL reported since the last call. Every
-// constructor, read-back and finish() ends with it.
+// Throws Error with the first error or undefined behaviour that OpenGL reported since the last call, and
+// where a limit of the address space leaves too little for drawing. Every constructor, read-back and finish()
+// ends with it.
 void requireNoErrors();
 
 // Waits until all commands have run.

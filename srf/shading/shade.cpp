@@ -11,6 +11,9 @@ namespace surflect::shading {
 
 namespace {
 
+// Directions to lights that are in memory at a time, 24 bytes each.
+constexpr size_t kLightsAtOnce = 1 << 22;
+
 // Sums the radiance of each place's targets.
 std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perPlace) {
   if (perPlace == 1) return targets;
@@ -32,8 +35,9 @@ public:
           const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
           const Progress& progress, const ShadeLap& lap)
       : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
-        queriesAtOnce_(std::max(size_t{1}, options.targetsAtOnce / planner_.targetsPerPlace() /
-                                               options.placesPerQuery)) {}
+        queriesAtOnce_(std::max(
+            size_t{1}, std::min(options.targetsAtOnce / planner_.targetsPerPlace() / options.placesPerQuery,
+                                kLightsAtOnce / std::max(size_t{1}, batch.lights)))) {}
 
   size_t queriesAtOnce() const { return queriesAtOnce_; }
 

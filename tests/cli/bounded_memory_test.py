@@ -1,13 +1,14 @@
 """Films of a model larger than memory: `surflect render` gets memory for surfels, a film, the cache and 256 MiB, a limit
-that the system enforces, and renders the same films.
+that the system enforces, and renders the same films. Where memory is too little for a method, one line says so.
 """
 
+import json
 import os
 import resource
 import subprocess
 import unittest
 
-from support import SURFLECT, TestInFolder, content, succeed
+from support import STAGE, SURFLECT, TestInFolder, content, run, succeed
 
 MIB = 1 << 20
 SURFELS, VIEWS, CACHE_MB, SIZE = 20_000, 48, 8, (512, 384)
@@ -74,6 +75,62 @@ class BoundedMemory(TestInFolder):
         self.assertLess(len(written), len(self.film))
         for name, frame in written.items():
             self.assertEqual(frame, self.film[name], name)
+
+
+class LittleAddressSpace(TestInFolder):
+    """All methods under `ulimit -v 600000`, and a build that cannot fit."""
+
+    MODELS = {"slf": [], "lumigraph": ["--texels", "100000"], "lfm": [], "vdtm": [], "ulr": [], "olfm": [],
+              "spherical": ["--levels", "2", "--size", "32"]}
+
+    def limited(self, *arguments):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_AS, (600_000 * 1024, 600_000 * 1024))
+
+        return subprocess.run([SURFLECT, *map(str, arguments), "--threads", "2"], capture_output=True, text=True,
+                              timeout=300, preexec_fn=limit)
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        stage, cls.capture = cls.folder / "stage.toml", cls.folder / "capture"
+        stage.write_text(STAGE.replace('model = "orthographic"', 'model = "pinhole"').replace("height = 2.2", "fov_deg = 27")
+                         .replace("count = 16\ntest = 2", "count = 1"))
+        succeed("capture", stage, "-o", cls.capture)
+
+    def test_a_lumigraph_that_cannot_fit_is_refused_before_work(self):
+        result = self.limited("pack", self.capture, "--method", "lumigraph", "--st", "45", "--texels", 2**33, "-o",
+                              self.folder / "out")
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"surflect: texels 8589934592 and st 45: needs [0-9.]+ GiB ")
+
+    def test_each_method_works_or_says_that_memory_is_too_little(self):
+        for method, options in self.MODELS.items():
+            model, again = self.folder / method, self.folder / f"{method}-again"
+            succeed("pack", self.capture, "--method", method, "-o", model, *options)
+            for command in (["pack", self.capture, "--method", method, "-o", again, *options],
+                            ["evaluate", model, self.capture],
+                            ["render", model, "-o", self.folder / "frames", "--frames", "1"]):
+                with self.subTest(method=method, command=command[0]):
+                    result = self.limited(*command)
+                    self.assertIn(result.returncode, (0, 1), result.stderr)
+                    if result.returncode == 1:
+                        self.assertRegex(result.stderr, r"surflect: [^\n]*(memory|unavailable|does not fit)[^\n]*\n\Z")
+
+
+class ManyLightsAndObjects(TestInFolder):
+    def test_lights_cost_no_memory_and_are_announced(self):
+        subprocess.run([os.environ["WRITE_DOLL_MODEL"], self.folder / "doll.srf", "3000", "8"], check=True)
+        peaks = []
+        for lights in (2, 2000):
+            script = self.folder / f"{lights}.toml"
+            lamp = FILM[FILM.index("[[light]]"):]
+            script.write_text(FILM[:FILM.index("[[light]]")] + lamp * (lights // 2))
+            result = run("render", script, "-o", self.folder / str(lights), "--frames", "1", "--scale", "0.25", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual("2000 lights: each is looked up at every visible surfel" in result.stderr, lights == 2000)
+            peaks.append(json.loads(result.stdout)["memory_peak_bytes"])
+        self.assertLess(peaks[1], peaks[0] + 200 * MIB)
 
 
 if __name__ == "__main__":

@@ -105,6 +105,22 @@ MapTable joinedMean(std::span<const LightFieldMaps> models, std::span<const Plac
 
 } // namespace
 
+double memoryOf(std::span<const LightFieldMaps> models, std::span<const PlacedObject> objects) {
+  // Per triangle: sums, codes and corrections on its edges (edge_corrections.h), their numbers, and corners.
+  constexpr double kSums = 3 * 16, kEdgeNumbers = 3 * 48 + 24, kCorners = 12;
+  double bytes = 0;
+  for (const PlacedObject& object : objects) {
+    const LightFieldMaps& model = models[object.model];
+    const auto samples = static_cast<double>(model.samples), terms = static_cast<double>(model.terms.size());
+    const double ofTriangle =
+        samples * (kSums + 3 * (2 * terms + 4)) + kEdgeNumbers + kCorners + terms * 3 * sizeof(uint32_t);
+    const double ofVertex = sizeof(VertexFrame) + terms * 2 * sizeof(float);
+    bytes += ofTriangle * static_cast<double>(model.mesh.triangles.size()) +
+             ofVertex * static_cast<double>(model.mesh.positions.size());
+  }
+  return bytes;
+}
+
 LightFieldMaps joined(std::span<const LightFieldMaps> models, std::span<const PlacedObject> objects) {
   assert(!models.empty());
   LightFieldMaps scene;

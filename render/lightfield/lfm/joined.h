@@ -54,6 +54,9 @@ struct PlacedObject {
 // Throws Error naming model and field if models do not fit together.
 LightFieldMaps joined(std::span<const LightFieldMaps> models, std::span<const PlacedObject> objects);
 
+// Bytes that joined() and the drawing of its maps take for the objects, about; without the models' maps.
+double memoryOf(std::span<const LightFieldMaps> models, std::span<const PlacedObject> objects);
+
 // Views of all objects, without lights. View V of object N, counted from 0, is called "N/V".
 capture::Capture joinedRig(std::span<const capture::Capture* const> rigs,
                            std::span<const PlacedObject> objects);

@@ -2,16 +2,19 @@
 
 #include "render/gl/context.h"
 #include "render/lightfield/common/light_field_renderer.h"
+#include "render/lightfield/common/photographs.h"
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/lfm/build.h"
 #include "render/lightfield/lfm/compression.h"
 #include "render/lightfield/lfm/lfm_file.h"
 #include "render/lightfield/lfm/lfm_frame.h"
 #include "render/lightfield/lfm/map_shape.h"
+#include "render/lightfield/lfm/vertex_matrix.h"
 #include "srf/image/resize.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
+#include "surfel/base/memory.h"
 #include "surfel/base/time.h"
 #include "surfel/math/bounds.h"
 
@@ -122,6 +125,10 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   options.samples = resolution.samples;
   views.replaceMesh(std::move(resolution.mesh), progress);
   requireRatio(choice.compression, views.mesh()); // before all work
+  lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
+  lightfield::foretellMemory(
+      input, memoryFor(Rings(views.mesh(), progress), {options.samples, options.viewSize, options.terms}),
+      "matrices and maps");
   BuildReport report;
   LightFieldMaps built = build(views, options, report, progress);
   const Stopwatch compression;
@@ -293,6 +300,8 @@ std::unique_ptr<method::Renderer> openScene(std::span<const std::filesystem::pat
     folders.push_back(std::move(opened.folder));
     identity += (identity.empty() ? "" : "+") + hex(folders.back().identity());
   }
+  atField("object",
+          [&] { requireMemory(memoryOf(maps, objects), fmt::format("{} objects", objects.size())); });
   std::vector<const capture::Capture*> rigs;
   for (const lightfield::LightFieldFolder& folder : folders) rigs.push_back(&folder.rig());
   for (const auto& [model, placement] : objects) {

@@ -389,6 +389,22 @@ TEST_F(Shade, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(mode
 
 TEST_F(ShadePairs, PartsAreTheWhole) { expectPartsAreTheWhole(model, randomBatch(model, 300, 3, random)); }
 
+TEST_F(Shade, ManyLightsLeaveFewQueriesInMemory) {
+  constexpr size_t kLights = 1 << 20, kQueries = 10;
+  size_t most = 0;
+  const FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
+    most = std::max(most, end - begin);
+    batch = randomBatch(model, end - begin, 1, random);
+    batch.lights = kLights;
+    batch.towardsLight.resize((end - begin) * kLights, Direction3<AcquisitionSpace>(0, 0, 1));
+    batch.irradiance.resize((end - begin) * kLights, Rgb{0, 0, 0});
+  };
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  EXPECT_THROW(shade(model, kQueries, fill, {}, cache, stats, {{}, [&] { return most > 0; }}), Cancelled);
+  EXPECT_LE(most * kLights, size_t{1} << 22);
+}
+
 TEST_F(Shade, LapsAreSharedByPlanningAndLookUps) {
   codec::BlockCache cache(model.files, everything);
   ShadingStats stats;

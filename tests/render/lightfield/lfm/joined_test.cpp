@@ -109,6 +109,13 @@ TEST(JoinedMaps, ModelsThatDoNotFitAreNamed) {
             "model[1].maps: found with codebooks, expected without codebooks");
 }
 
+TEST(JoinedMaps, MemoryGrowsWithTheObjects) {
+  const std::vector<LightFieldMaps> models{syntheticMaps(squarePatch(2))};
+  const double one = memoryOf(models, std::vector<PlacedObject>(1));
+  EXPECT_GT(one, 0);
+  EXPECT_DOUBLE_EQ(memoryOf(models, std::vector<PlacedObject>(1000)), 1000 * one);
+}
+
 TEST(JoinedMaps, PlacedCamerasSeeThePlacedObjectAsBefore) {
   const std::vector<PlacedObject> objects = threeObjects();
   capture::Capture rig;
