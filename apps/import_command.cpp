@@ -99,6 +99,8 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
           ->check(finiteIn(0, 1));
   command->add_flag("--invert-masks", options.invertMasks, "of the source: black is the object, not white")
       ->excludes(threshold);
+  command->add_flag("--fix-premult", options.fixPremult,
+                    "of PNG with alpha: their colours are multiplied by it, and are divided");
   CLI::Option* colorSpace =
       command
           ->add_option("--color-space", arguments->colorSpace,

@@ -84,7 +84,9 @@ constexpr Reason kFocal{"none: fl_x, fl_y, cx and cy are read instead"};
 constexpr Reason kAxes{"OpenGL's axes: x right, y up, looking along -z", "opengl blender"};
 constexpr Reason kStill{"none: cameras stand still while they expose", "global"};
 constexpr Reason kMatte{"false: give the pictures alpha, or the frames a mask_path"};
-constexpr Reason kPremultiplied{"false: colours are multiplied by alpha"};
+constexpr Reason kPremultiplied{
+    "false: colours of EXR are taken as multiplied by alpha, those of PNG as not; "
+    "surflect import --fix-premult divides those of PNG"};
 constexpr Reason kMask{"none: a frame's mask_path is read instead"};
 constexpr Reason kAlpha{"none: alpha is read from the pictures, of an EXR as alpha_layer says"};
 constexpr Reason kColors{"none: color_space is read instead, \"linear\" or \"srgb\""};

@@ -5,6 +5,7 @@
 #include "srf/capture/origin.h"
 #include "srf/capture/photograph.h"
 #include "srf/capture/writer.h"
+#include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "srf/import/calibrate.h"
@@ -28,6 +29,7 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -221,6 +223,7 @@ void fitLenses(ForeignCapture& source, const Progress& progress) {
   std::vector<std::optional<image::PictureSize>> sizes(capture.views.size());
   std::set<fs::path> seen;
   std::map<fs::path, int> orientations; // of photographs
+  size_t squares = 0;                   // of them on the side
   size_t shrunken = 0;
   for (size_t f = 0; f < capture.frames.size(); ++f) {
     const capture::Frame& frame = capture.frames[f];
@@ -234,7 +237,8 @@ void fitLenses(ForeignCapture& source, const Progress& progress) {
         const image::PictureHeader header = image::readPictureHeader(picture);
         const image::PictureSize size = header.size;
         const bool isMask = picture == frame.mask;
-        if (!isMask) orientations[picture] = header.orientation;
+        if (!isMask && orientations.try_emplace(picture, header.orientation).second)
+          squares += header.orientation >= 5 && size.width == size.height;
         if (!ofView) shrunken += fitLens(capture.views[frame.view].camera.lens, size, header.orientation);
         if (ofView && *ofView != size && isMask && capture::isResized(size, *ofView)) continue;
         if (ofView && *ofView != size)
@@ -248,6 +252,12 @@ void fitLenses(ForeignCapture& source, const Progress& progress) {
     source.notes.push_back(std::to_string(shrunken) +
                            " views have pictures of another size than their lens; the lens was resized");
   noteTurned(orientations, source);
+  if (squares > 0)
+    source.notes.push_back(
+        "warning: " + std::to_string(squares) +
+        " photographs that EXIF turns on the side are square, so that their size cannot tell whether poses "
+        "and masks are those of the turned picture; if they are, turn the pixels first: mogrify "
+        "-auto-orient");
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -306,9 +316,57 @@ bool looksStraight(const image::ExrFile& file, const std::string& layer, const s
   return 10 * colored > clear;
 }
 
+// What colours of half-covered pixels are made of: the object's alone, as a format with straight alpha has
+// them, the object's times alpha, or a mixture of the object's with white. unclear: too few such pixels, or
+// an object too dark or too bright to tell.
+enum class EdgeColors { unclear, straight, multiplied, onWhite };
+
+// The closest explanation of half-covered pixels by the colour of an opaque pixel beside them. Another one
+// than `straight` must leave less than a quarter of its squared error. White is mixed in either before or
+// after encoding.
+EdgeColors edgeColorsOf(const image::Image& picture) {
+  constexpr int kBeside = 3; // pixels
+  constexpr size_t kFewest = 40;
+  constexpr double kShare = 0.25;
+  const size_t channels = static_cast<size_t>(picture.channels), alphaAt = channels - 1;
+  const auto besideOf = [&](int x, int y) -> std::span<const float> {
+    for (int reach = 1; reach <= kBeside; ++reach)
+      for (int j = std::max(0, y - reach); j <= std::min(picture.height - 1, y + reach); ++j)
+        for (int i = std::max(0, x - reach); i <= std::min(picture.width - 1, x + reach); ++i)
+          if (picture.at(i, j)[alphaAt] >= 1) return picture.at(i, j);
+    return {};
+  };
+  size_t pixels = 0;
+  double straight = 0, multiplied = 0, onWhite = 0, onLinearWhite = 0; // squared errors
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const std::span<const float> pixel = picture.at(x, y);
+      const float alpha = pixel[alphaAt];
+      if (!(alpha > 0.1f && alpha < 0.9f)) continue;
+      const std::span<const float> object = besideOf(x, y);
+      if (object.empty()) continue;
+      ++pixels;
+      const auto add = [&](double& sum, size_t c, float expected) {
+        sum += static_cast<double>((pixel[c] - expected) * (pixel[c] - expected));
+      };
+      for (size_t c = 0; c < alphaAt; ++c) {
+        add(straight, c, object[c]);
+        add(multiplied, c, alpha * object[c]);
+        add(onWhite, c, alpha * object[c] + 1 - alpha);
+        add(onLinearWhite, c, image::srgbFromLinear(alpha * image::linearFromSrgb(object[c]) + 1 - alpha));
+      }
+    }
+  if (pixels < kFewest) return EdgeColors::unclear;
+  const double white = std::min(onWhite, onLinearWhite);
+  if (multiplied < kShare * straight && multiplied <= white) return EdgeColors::multiplied;
+  if (white < kShare * straight) return EdgeColors::onWhite;
+  return std::min(multiplied, white) > straight ? EdgeColors::straight : EdgeColors::unclear;
+}
+
 // Decodes all pictures, each once and several at a time, so that the capture has none that cannot be read.
-// Notes pictures that look cut off, or have straight colours in a format that multiplies them by alpha.
-void decodePictures(ForeignCapture& source, const Progress& progress) {
+// Notes pictures that look cut off, and colours that are not multiplied by alpha as their format has it, or
+// are mixed with white.
+void decodePictures(ForeignCapture& source, bool multipliedIsKnown, const Progress& progress) {
   struct Use {
     fs::path picture, mask;
     std::string layer, alphaLayer;
@@ -320,6 +378,7 @@ void decodePictures(ForeignCapture& source, const Progress& progress) {
   std::vector<Use> all;
   for (auto& [path, use] : uses) all.push_back(std::move(use));
   std::vector<char> endsBlack(all.size()), isStraight(all.size());
+  std::vector<EdgeColors> edges(all.size(), EdgeColors::unclear);
   std::vector<std::string> parts(all.size());
   size_t done = 0;
   std::mutex reporting;
@@ -340,6 +399,7 @@ void decodePictures(ForeignCapture& source, const Progress& progress) {
       const bool isPlain = std::ranges::find(kPlainFormats, extension) != kPlainFormats.end();
       if (isPlain && !mask.empty())
         endsBlack[i] = endsInZeros(picture.image, capture::readMask(mask).coverage);
+      if (picture.hasAlpha() && !picture.alphaPremultiplied) edges[i] = edgeColorsOf(picture.image);
     }
     const std::lock_guard lock(reporting);
     progress("decoding pictures", static_cast<double>(++done) / static_cast<double>(all.size()));
@@ -356,6 +416,20 @@ void decodePictures(ForeignCapture& source, const Progress& progress) {
   note(isStraight,
        "have colours where alpha is 0, so their colours look straight; those of an EXR are taken as "
        "multiplied by alpha, and edges come out too bright");
+  // Alpha of one photograph may be unusual in itself; that of a set tells how it was made.
+  const auto noteEdges = [&](EdgeColors kind, const std::string& text) {
+    const auto count = [&](EdgeColors wanted) { return std::ranges::count(edges, wanted); };
+    if (2 * count(kind) <= static_cast<std::ptrdiff_t>(all.size()) - count(EdgeColors::unclear)) return;
+    std::vector<char> which(all.size());
+    for (size_t i = 0; i < all.size(); ++i) which[i] = edges[i] == kind;
+    note(which, text);
+  };
+  if (!multipliedIsKnown)
+    noteEdges(EdgeColors::multiplied,
+              "have colours that look multiplied by alpha where alpha is below 1, and "
+              "edges come out too dark; --fix-premult divides them");
+  noteEdges(EdgeColors::onWhite, "have colours that look mixed with white where alpha is below 1, and edges "
+                                 "come out too bright; cut out the object with its own colours");
   std::map<std::string, std::vector<std::string>> ofParts;
   for (size_t i = 0; i < all.size(); ++i)
     if (!parts[i].empty()) ofParts[parts[i]].push_back(source.files.shown(all[i].picture));
@@ -548,12 +622,13 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     findMasks(source);
   }
   fitLenses(source, progress);
-  decodePictures(source, progress);
+  decodePictures(source, options.fixPremult, progress);
   noteUnused(source, report.format == ImportFormat::colmap);
   if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
   bringNear(source);
   Copies copies(source.files.root, folder.temporaryPath());
   if (options.invertMasks) invertMasks(capture, copies, progress); // calibration below uses the masks
+  if (options.fixPremult) divideByAlpha(capture, copies, progress);
   if (options.recoverResponse) {
     capture.response = calibration::recoverResponse(capture, progress);
     capture.colorSpace.reset();

@@ -50,6 +50,7 @@ struct ImportOptions {
   size_t testEvery = 0;                // hold out each Nth camera, or light if there is one view; 0: none
   std::optional<double> maskThreshold; // makes masks by threshold, replacing the source's
   bool invertMasks = false;            // the source's masks are black on the object
+  bool fixPremult = false;             // the source's PNG have colours that are multiplied by alpha
   std::optional<capture::ColorSpace> colorSpace; // of all pictures, overriding the source
   bool unevenLights = false;                     // estimates gradients together with unknown strengths
   bool recoverResponse = false;                  // estimates the camera's response from exposure brackets
@@ -69,7 +70,7 @@ struct ImportReport {
 // these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
-// Reads a source, decodes its pictures, copies them unchanged into images/ and masks/ of the output,
+// Reads a source, decodes its pictures, copies them unchanged (but for fixPremult) into images/ and masks/,
 // estimates unknown strengths of directional lights, and writes transforms.json. The output must not exist,
 // or be an empty folder; it appears complete or not at all. Pictures smaller or larger than the source's
 // lens, but of its aspect ratio, count as resized. Throws Error or Cancelled.

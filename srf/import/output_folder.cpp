@@ -1,6 +1,7 @@
 #include "srf/import/output_folder.h"
 
 #include "srf/capture/mask_file.h"
+#include "srf/image/image_file.h"
 #include "srf/image/png.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -89,6 +90,35 @@ void invertMasks(capture::Capture& capture, Copies& copies, const Progress& prog
     if (isNew)
       known->second = copies.replace(frame.mask, "masks", inverted(capture::readMask(frame.mask).coverage));
     frame.mask = known->second;
+  }
+}
+
+void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& progress) {
+  std::map<fs::path, fs::path> written;
+  const auto divide = [&](fs::path& path) {
+    progress.checkpoint();
+    const auto [known, isNew] = written.try_emplace(path, path);
+    if (isNew) {
+      image::Picture picture = image::readPicture(path);
+      const bool isSrgb = !picture.color || picture.color->source == "PNG sRGB chunk";
+      if (image::formatOf(path) != image::PictureFormat::png || picture.bits != 8 || !isSrgb)
+        throw Error::mismatch("a PNG of 8 bits in sRGB, whose colours can be divided by alpha",
+                              "another picture")
+            .in(path);
+      if (!picture.hasAlpha()) return;
+      image::Image& image = picture.image;
+      const auto channels = static_cast<size_t>(image.channels);
+      for (size_t i = 0; i < image.values.size(); i += channels)
+        if (const float alpha = image.values[i + channels - 1]; alpha > 0)
+          for (size_t c = 0; c + 1 < channels; ++c)
+            image.values[i + c] = std::min(1.f, image.values[i + c] / alpha);
+      known->second = copies.replace(path, "images", image);
+    }
+    path = known->second;
+  };
+  for (capture::Frame& frame : capture.frames) {
+    divide(frame.picture);
+    for (capture::Exposure& exposure : frame.further) divide(exposure.picture);
   }
 }
 

@@ -52,6 +52,10 @@ private:
 // Writes inverted copies of the source's masks, which replace them in the capture.
 void invertMasks(capture::Capture& capture, Copies& copies, const Progress& progress);
 
+// Writes copies of the photographs with colours that are divided by alpha, which replace them in the capture.
+// Throws Error for a picture that is not a PNG of 8 bits in sRGB.
+void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& progress);
+
 // Copies all files, and changes the capture's paths to those of the copies. `masks` replace those of the
 // source: one per view, or none at all.
 void copyFiles(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,

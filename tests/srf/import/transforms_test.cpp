@@ -2,6 +2,7 @@
 
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
+#include "srf/image/png.h"
 #include "srf/import/import.h"
 #include "tests/srf/image/foreign_files.h"
 #include "tests/srf/import/vision_camera.h"
@@ -9,6 +10,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace surflect::importers {
@@ -22,6 +26,26 @@ protected:
   Json frame(const std::string& path, const VisionCamera& camera) const {
     writePicture(folder / (path + ".png"));
     return {{"file_path", "./" + path}, {"transform_matrix", openGlMatrixOf(camera)}};
+  }
+  // Discs on a clear background with soft edges, whose colours are made by encode(colour, alpha).
+  Json discs(const std::function<float(float, float)>& encode) {
+    Json frames = Json::array();
+    for (int i = 0; i < 3; ++i) {
+      Json one = frame("r_" + std::to_string(i), blenderCamera());
+      one["file_path"] = "p" + std::to_string(i) + ".png";
+      frames.push_back(one);
+      image::Image picture(32, 24, 4);
+      for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 32; ++x) {
+          const auto alpha =
+              static_cast<float>(std::clamp((9.5 - std::hypot(x - 15.5, y - 11.5)) / 3, 0., 1.));
+          for (size_t c = 0; c < 3; ++c)
+            picture.at(x, y)[c] = encode(0.3f + 0.2f * static_cast<float>(c), alpha);
+          picture.at(x, y)[3] = alpha;
+        }
+      image::writePng(folder / one["file_path"].get<std::string>(), picture);
+    }
+    return frames;
   }
   VisionCamera blenderCamera() {
     VisionCamera camera = rig.camera(false);
@@ -492,6 +516,34 @@ TEST_F(Transforms, StraightColoursAndPartsOfAnExrAreTold) {
     return note.starts_with("warning: 1 of 2 pictures have colours where alpha is 0") &&
            note.ends_with(": p1.exr");
   }));
+}
+
+TEST_F(Transforms, ColoursOfEdgesAreTold) {
+  const auto noteOn = [&](const char* out, const std::function<float(float, float)>& encode) {
+    write("transforms.json", {{"fl_x", 20}, {"frames", discs(encode)}});
+    for (const std::string& note : importCapture(folder.path(), folder / out, {}).notes)
+      if (note.find("where alpha is below 1") != note.npos) return note;
+    return std::string();
+  };
+  EXPECT_EQ(noteOn("straight", [](float color, float) { return color; }), "");
+  EXPECT_TRUE(noteOn("multiplied", [](float color, float alpha) {
+                return color * alpha;
+              }).starts_with("warning: 3 of 3 pictures have colours that look multiplied by alpha"));
+  EXPECT_TRUE(noteOn("white", [](float color, float alpha) {
+                return color * alpha + 1 - alpha;
+              }).starts_with("warning: 3 of 3 pictures have colours that look mixed with white"));
+}
+
+TEST_F(Transforms, ColoursMultipliedByAlphaAreDividedOnRequest) {
+  write("transforms.json",
+        {{"fl_x", 20}, {"frames", discs([](float color, float alpha) { return color * alpha; })}});
+  const auto notes = importCapture(folder.path(), folder / "out", {.fixPremult = true}).notes;
+  EXPECT_TRUE(std::ranges::none_of(
+      notes, [](const std::string& note) { return note.find("multiplied") != note.npos; }));
+  const image::Image picture = image::readPicture(folder / "out/images/p1.png").image;
+  for (int x = 0; x < 32; ++x)
+    if (const float alpha = picture.at(x, 11)[3]; alpha > 0)
+      EXPECT_NEAR(picture.at(x, 11)[0], 0.3f, 1 / (255 * alpha)) << x;
 }
 
 } // namespace
