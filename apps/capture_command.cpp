@@ -154,7 +154,7 @@ void addCaptureCommand(CLI::App& app, CommandWork& work) {
       ->capture_default_str()
       ->check(frameNumber())
       ->needs(script);
-  constexpr std::string_view kStored[] = {"tolerance", "surfels", "opaque", "overwrite"};
+  constexpr std::string_view kStored[] = {"tolerance", "surfels", "opaque", "tables", "overwrite"};
   for (CLI::Option* option : arguments->pack.add(*command, surfels::surfelMethod(), kStored))
     option->needs(model);
   command->add_option("--mesh", arguments->mesh, "impostor geometry instead of the stage's own")

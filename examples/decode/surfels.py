@@ -105,7 +105,7 @@ def bilinear_stored(picture, stored, x, y):
 
 def decode(model, camera):
     model = pathlib.Path(model)
-    assert json.loads((model / "manifest.json").read_text())["version"] == 5, "the object is translucent"
+    assert json.loads((model / "manifest.json").read_text())["version"] in (5, 7), "the object is translucent"
     rig = json.loads((model / "transforms.json").read_text())
     surfels, frames = read_surfels(model / "surfels.ply")
     points = np.stack([surfels[axis] for axis in "xyz"], 1)

@@ -112,9 +112,8 @@ private:
     for (const shading::ShadingOp& op : plan.ops) sums[op.target] += double{op.weight};
     for (size_t i = begin; i < end; ++i) {
       const size_t first = (i - begin) * plan.targetsPerPlace;
-      const std::vector<double> own(sums.begin() + static_cast<std::ptrdiff_t>(first),
-                                    sums.begin() + static_cast<std::ptrdiff_t>(first + plan.targetsPerPlace));
-      flags_.weightError[i] = static_cast<float>(verify::weightError(batch_, own, plan.targetsPerPlace));
+      const auto own = std::span(sums).subspan(first, plan.targetsPerPlace);
+      flags_.weightError[i] = static_cast<float>(verify::weightError(batch_, plan, own));
     }
     if (plan.unseen == 0 && plan.unmatchedShadows == 0) return;
     if (end - begin == 1) {

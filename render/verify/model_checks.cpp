@@ -148,7 +148,7 @@ std::vector<double> sumsOf(const shading::ShadingPlan& plan) {
 Check weightsCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
   const weights::QueryBatch batch = randomQueries(model);
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
-  const double error = weightError(batch, sumsOf(plan), plan.targetsPerPlace);
+  const double error = weightError(batch, plan, sumsOf(plan));
   return judged(
       "weights", error, bounds,
       fmt::format("from random views at {} surfels, weights sum to 1 within {:.1e}", batch.size(), error));
@@ -320,11 +320,14 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
   return directions;
 }
 
-double weightError(const weights::QueryBatch& batch, const std::vector<double>& sums,
-                   size_t targetsPerPlace) {
+double weightError(const weights::QueryBatch& batch, const shading::ShadingPlan& plan,
+                   std::span<const double> sums) {
+  const size_t blends = plan.targetsPerPlace - plan.tablesPerPlace;
   double largest = 0;
   for (size_t target = 0; target < sums.size(); ++target) {
-    if (targetsPerPlace > 1 && target % targetsPerPlace >= batch.lights) continue;
+    const size_t own = target % plan.targetsPerPlace;
+    if (own >= blends || (blends > 1 && own >= batch.lights)) continue;
+    if (plan.tablesPerPlace > 0 && sums[target] == 0) continue;
     const double error = std::abs(sums[target] - 1);
     if (!(error <= largest)) largest = error;
   }

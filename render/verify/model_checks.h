@@ -3,11 +3,13 @@
 
 #include "render/verify/check.h"
 #include "srf/model/model.h"
+#include "srf/shading/plan.h"
 #include "srf/weights/query.h"
 #include "surfel/base/time.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace surflect::verify {
@@ -42,9 +44,11 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
 // Angle of two unit directions, radians.
 double angleBetween(const Vec3<double>& a, const Vec3<double>& b);
 
-// Largest distance from 1 of `sums`, for each target of a plan the sum of its operations' weights. Targets of
-// environments are left out where pairs are weighted, as their light may fade.
-double weightError(const weights::QueryBatch& batch, const std::vector<double>& sums, size_t targetsPerPlace);
+// Largest distance from 1 of `sums`, for each target of a plan, or of some of its places, the sum of its
+// operations' weights. Targets of environments are left out where pairs are weighted, as their light may
+// fade; so are targets of tables, and those that tables answer alone.
+double weightError(const weights::QueryBatch& batch, const shading::ShadingPlan& plan,
+                   std::span<const double> sums);
 
 // A place at rest.
 FlaggedPlace placeOf(const model::Model& model, uint32_t surfel, double figure);

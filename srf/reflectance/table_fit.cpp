@@ -247,6 +247,7 @@ std::vector<Rgb> solvedDirectly(const NormalEquations& equations, const NodeValu
 std::vector<Rgb> fitTable(const TableGrid& grid, const FitSamples& samples, const FitOptions& options,
                           std::span<const Rgb> start, const Progress& progress) {
   assert(start.empty() || start.size() == grid.size());
+  progress.checkpoint();
   NormalEquations equations(grid, samples, options);
   const NodeValues right = equations.right();
   if (grid.size() <= kDirectNodes) return solvedDirectly(equations, right);

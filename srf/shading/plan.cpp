@@ -187,12 +187,12 @@ private:
     if (const auto shared = pairs_.shared()) {
       planShared(query, l, *shared, plan);
       irradiance = (1 - shared->share) * irradiance;
+      if (!isSeparate_ && shared->share >= 1) return;
     }
     if (isSeparate_) {
       left_.push_back(irradiance);
       return;
     }
-    if (irradiance == Rgb{}) return;
     const auto [weights, scale, lacksState] = pairs_.blend();
     const weights::CapturedPairs& pairs = pairs_.pairs();
     if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
@@ -221,7 +221,7 @@ private:
     const auto& [photographs, predicted, offset] = shared.blend;
     const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const float share = shared.share * shared.fade;
-    const size_t target = plan.targetsPerPlace - batch_.lights + l;
+    const size_t target = plan.targetsPerPlace - plan.tablesPerPlace + l;
     const auto sources = static_cast<float>(batch_.sources());
     for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place)
       offsetAt(plan, place, target) =
@@ -392,6 +392,7 @@ size_t ShadingPlanner::queriesPerPlan() const {
 void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
   plan.places = impl_->batch.placeBegin(end) - impl_->batch.placeBegin(begin);
   plan.targetsPerPlace = targetsPerPlace();
+  plan.tablesPerPlace = impl_->hasTables ? impl_->batch.lights : 0;
   plan.ops.clear();
   plan.rows.clear();
   plan.unseen = plan.unmatchedShadows = 0;

@@ -50,6 +50,7 @@ struct ShadingPlan {
   // every place, and an operation that shows background is compensated by operations of the same light. With
   // tables, a second target of each light follows.
   size_t targetsPerPlace = 1;
+  size_t tablesPerPlace = 0; // of these targets, the last: those of tables
   // With tables, one per target: radiance that is added to that of the photographs. Their sum counts as at
   // least 0.
   std::vector<Rgb> offsets;

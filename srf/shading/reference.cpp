@@ -136,6 +136,7 @@ public:
     isSeparate_ = isSeparateBesideTables(field, options);
     plan.targetsPerPlace =
         (isProduct() || isSeparate_ ? 1 : batch.sources()) + (hasTables ? batch.lights : 0);
+    plan.tablesPerPlace = hasTables ? batch.lights : 0;
     plan.offsets.resize(hasTables ? plan.targets() : 0);
     for (size_t table = 0; hasTables && table < field.shared->tables.count(); ++table)
       nodes_.push_back(field.shared->tables.nodes(table));

@@ -35,7 +35,7 @@ class CaptureCommand(TestInFolder):
         cls.warp.write_text(WARP)
         cls.report = succeed("capture", cls.stage, "-o", cls.folder / "capture")
         cls.truth = succeed("capture", cls.stage, "-o", cls.folder / "truth", "--script", cls.warp, "--frame", "2")
-        succeed("pack", cls.folder / "capture", "-o", cls.folder / "model.srf", "--surfels", "4000")
+        succeed("pack", cls.folder / "capture", "-o", cls.folder / "model.srf", "--surfels", "4000", "--tables", "off")
 
     def test_the_report_counts_frames(self):
         self.assertEqual({key: self.report[key] for key in ("views", "lights", "training_frames", "test_frames")},
@@ -81,7 +81,7 @@ class CaptureCommand(TestInFolder):
 
     def test_packed_in_one_pass_it_is_the_same_model(self):
         model, test = self.folder / "one.srf", self.folder / "test"
-        report = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000")
+        report = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000", "--tables", "off")
         one, two = content(model), content(self.folder / "model.srf")
         self.assertNotEqual(one.pop("views/identity"), two.pop("views/identity"))
         self.assert_same_files(one, two)
@@ -90,10 +90,10 @@ class CaptureCommand(TestInFolder):
         self.assertEqual(sum(view["bytes"] for view in views), report["model"]["store"]["bytes"])
         self.assertGreater(min(view["psnr_linear_db"] for view in views), 30)
         self.assertEqual(report["test"]["test_frames"], 2 * 18 + 8 * 2)
-        again = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000")
+        again = succeed("capture", self.stage, "--pack", model, "-o", test, "--surfels", "4000", "--tables", "off")
         self.assertEqual((again["model"]["resumed_views"], again["test"]["resumed_views"]), (16, 10))
         self.assertEqual(again["model"]["store"], report["model"]["store"])
-        coarser = ["capture", self.stage, "--pack", model, "--surfels", "4000", "--tolerance", "0.1"]
+        coarser = ["capture", self.stage, "--pack", model, "--surfels", "4000", "--tables", "off", "--tolerance", "0.1"]
         self.assert_refused("--overwrite replaces it", *coarser)
         self.assert_same_files(content(model), {**one, "views/identity": content(model)["views/identity"]})
         overwritten = self.folder / "overwritten.srf"
@@ -141,7 +141,7 @@ class CaptureCommand(TestInFolder):
                 capture, truth, model = (self.folder / f"tiny-{name}{end}" for end in ("", "-bent", ".srf"))
                 succeed("capture", stage, "--scale", "tiny", "-o", capture)
                 succeed("capture", stage, "--scale", "tiny", "-o", truth, "--script", self.warp, "--frame", "2")
-                succeed("pack", capture, "-o", model, "--surfels", "8000")
+                succeed("pack", capture, "-o", model, "--surfels", "8000", "--tables", "off")
                 for scores in (succeed("evaluate", model, capture, "--baseline", "nearest"),
                                succeed("evaluate", model, truth, "--script", self.warp, "--frame", "2",
                                        "--baseline", "nearest")):

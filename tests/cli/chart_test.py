@@ -17,7 +17,7 @@ class Chart(TestInFolder):
     def setUpClass(cls):
         super().setUpClass()
         cls.write_small_shot(cameras=5, lights=4)
-        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "3000")
+        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "3000", "--tables", "off")
 
     def arguments(self, output, *more, rounds=1):
         return ["chart", self.model, self.capture, "-o", self.folder / output, "--frames", "3", "--timed-frames",

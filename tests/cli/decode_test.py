@@ -93,7 +93,7 @@ class Decode(TestInFolder):
         transforms["frames"] = [frame for frame in transforms["frames"] if frame["light"] in LIGHTS]
         shutil.copytree(VASE, capture)
         (capture / "transforms.json").write_text(json.dumps(transforms))
-        succeed("pack", capture, "-o", self.folder / "surfels.model", "--surfels", "4000")
+        succeed("pack", capture, "-o", self.folder / "surfels.model", "--surfels", "4000", "--tables", "off")
         self.assert_shown("surfels", SCRIPT + LAMP, ["--interpolation", "paper"])
 
     def test_surface_light_field(self):

@@ -23,8 +23,8 @@ class Examples(TestInFolder):
         models = cls.folder / "build" / "demo"
         models.mkdir(parents=True)
         write_small_capture(cls.folder / "capture", cameras=4, lights=6)
-        succeed("pack", cls.folder / "capture", "-o", models / "vase.srf", "--surfels", "30000")
-        succeed("pack", CAT, "-o", models / "cat.srf", "--relief", "--surfels", "10000")
+        succeed("pack", cls.folder / "capture", "-o", models / "vase.srf", "--surfels", "30000", "--tables", "off")
+        succeed("pack", CAT, "-o", models / "cat.srf", "--relief", "--surfels", "10000", "--tables", "off")
         for script in SCRIPTS:
             succeed("render", cls.folder / "examples" / script, "-o", cls.frames_of(script), "--every", EVERY,
                     "--scale", SCALE)

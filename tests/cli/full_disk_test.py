@@ -31,7 +31,7 @@ class FullDisk(TestInFolder):
 
     @classmethod
     def pack(cls, name):
-        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "3000"]
+        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "3000", "--tables", "off"]
 
     @classmethod
     def render(cls, name):

@@ -70,7 +70,7 @@ class Overlay(TestInFolder):
 
     def test_a_model_has_nothing_to_draw_over(self):
         model = self.folder / "model.srf"
-        succeed("pack", self.capture, "-o", model, "--surfels", "500")
+        succeed("pack", self.capture, "-o", model, "--surfels", "500", "--tables", "off")
         least, largest = succeed("inspect", model)["box"]
         for axis in range(3):
             self.assertTrue(-1.5 < least[axis] < largest[axis] < 1.5, (least, largest))
@@ -116,12 +116,12 @@ class Overlay(TestInFolder):
         (folder / description.pop("geometry")).rename(folder / "mesh.ply")
         (folder / "transforms.json").write_text(json.dumps(description))
         (folder / "folder.ply").mkdir()
-        for command in (["inspect", folder], ["pack", folder, "-o", self.folder / "beside.srf", "--surfels", "500"]):
+        for command in (["inspect", folder], ["pack", folder, "-o", self.folder / "beside.srf", "--surfels", "500", "--tables", "off"]):
             self.assertIn("no mesh is named. Beside the capture: mesh.ply; to use one", run(*command).stderr)
 
     def test_surfels_far_apart_are_told_with_the_number_that_is_not(self):
         model = self.folder / "sparse.srf"
-        result = run("pack", self.capture, "-o", model, "--surfels", "500")
+        result = run("pack", self.capture, "-o", model, "--surfels", "500", "--tables", "off")
         self.assertRegex(result.stderr, r"surfels are \d+\.\d pixels of the photographs apart.* take \d+\.\d GB .*: --surfels \d+0000")
         self.assertRegex(run("inspect", model).stderr, r"surfels are \d+\.\d pixels of the photographs apart")
         self.assertGreater(succeed("inspect", model)["pixels_between_surfels"], 0.75)
@@ -129,7 +129,7 @@ class Overlay(TestInFolder):
     def test_pack_says_how_good_new_views_will_be(self):
         folder = self.folder / "five"
         write_small_capture(folder, cameras=5, lights=4)
-        result = run("pack", folder, "-o", self.folder / "five.srf", "--surfels", "500")
+        result = run("pack", folder, "-o", self.folder / "five.srf", "--surfels", "500", "--tables", "off")
         self.assertRegex(result.stderr, r"new views: weighted by (camera and light separately|kriging over cameras and lights "
                                         r"together); photographs that were left out are predicted to \d+\.\d dB \((good|fair|poor)")
 
@@ -164,7 +164,7 @@ class Extremes(TestInFolder):
             path = capture / "changed.json"
             path.write_text(json.dumps(changed))
             for arguments in (["inspect", path], ["inspect", path, "--overlay", self.folder / "sheet.png", "--max-frames", "2"],
-                              ["pack", path, "-o", self.folder / f"{name}.srf", "--surfels", "200"]):
+                              ["pack", path, "-o", self.folder / f"{name}.srf", "--surfels", "200", "--tables", "off"]):
                 with self.subTest(name=name, command=arguments[0], overlay="--overlay" in arguments):
                     result = run(*arguments)
                     self.assertIn(result.returncode, (0, 1), result.stderr)

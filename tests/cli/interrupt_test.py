@@ -95,7 +95,7 @@ class Interrupt(TestInFolder):
 
     @classmethod
     def pack(cls, name):
-        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "100000"]
+        return ["pack", cls.capture, "-o", cls.folder / name, "--surfels", "100000", "--tables", "off"]
 
     def stops_at_any_moment(self, duration, arguments_for, advice):
         uniform = random.Random(1).uniform

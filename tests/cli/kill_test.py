@@ -31,7 +31,7 @@ class Kill(TestInFolder):
 
     @classmethod
     def pack(cls, name, capture="capture"):
-        return ["pack", cls.folder / capture, "-o", cls.folder / name, "--surfels", "3000"]
+        return ["pack", cls.folder / capture, "-o", cls.folder / name, "--surfels", "3000", "--tables", "off"]
 
     def killed_at_any_moment(self, arguments_for, whole, was_there=None):
         """Kills runs at moments spread over the time of a whole one; completes and compares each.

@@ -63,7 +63,7 @@ class Opacity(TestInFolder):
         cls.capture, cls.truth = cls.folder / "capture", cls.folder / "truth"
         succeed("capture", stage, "-o", cls.capture)
         succeed("capture", stage, "-o", cls.truth, "--script", cls.warp, "--frame", "1")
-        cls.reports = {name: succeed("pack", cls.capture, "-o", cls.folder / name, "--surfels", "20000", *options)
+        cls.reports = {name: succeed("pack", cls.capture, "-o", cls.folder / name, "--surfels", "20000", "--tables", "off", *options)
                        for name, options in (("soft", []), ("opaque", ["--opaque"]), ("hull", ["--hull"]))}
 
     def manifest(self, name):

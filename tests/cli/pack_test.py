@@ -115,13 +115,13 @@ class Pack(TestInFolder):
                 row[3] *= 1.4
         (capture / "transforms.json").write_text(json.dumps(description))
         model = self.folder / "farther.srf"
-        result = run("pack", capture, "-o", model, "--surfels", "3000")
+        result = run("pack", capture, "-o", model, "--surfels", "3000", "--tables", "off")
         self.assertEqual(result.returncode, 1)
         self.assertIn("error: the mesh and the masks differ in 5 of 5 views: ", result.stderr)
         self.assertIn(f"stopped by 1 error, see above; no model was made. surflect inspect {capture} --overlay "
                       "sheet.png shows it; --force packs anyway", result.stderr.splitlines()[-1])
         self.assertFalse(model.exists())
-        forced = succeed("pack", capture, "-o", model, "--surfels", "3000", "--force")
+        forced = succeed("pack", capture, "-o", model, "--surfels", "3000", "--tables", "off", "--force")
         self.assertEqual(forced["findings"][0]["severity"], "error")
         self.assertEqual(self.report["findings"], [])
 
@@ -131,14 +131,14 @@ class Pack(TestInFolder):
         description = json.loads((capture / "transforms.json").read_text())
         del description["geometry"]
         (capture / "transforms.json").write_text(json.dumps(description))
-        report = succeed("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000")
+        report = succeed("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000", "--tables", "off")
         self.assertEqual(report["geometry"], "hull")
         cameras = {f["camera"] for f in description["frames"] if f["split"] == "train"}
         self.assertEqual({fit["view"] for fit in report["silhouettes"]}, cameras)
         for fit in report["silhouettes"]:
             self.assertGreater(fit["iou"], 0.95)
             self.assertFalse(fit["left_out"])
-        said = run("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000").stderr.splitlines()
+        said = run("pack", capture, "-o", self.folder / "hull.srf", "--surfels", "3000", "--tables", "off").stderr.splitlines()
         self.assertFalse([line for line in said if "no hull fits" in line])
         summary = next(i for i, line in enumerate(said) if line.startswith("geometry: visual hull of 6 mattes"))
         lines = list(itertools.takewhile(lambda line: line.startswith("  "), said[summary + 1:]))
@@ -153,7 +153,7 @@ class Pack(TestInFolder):
         del description["geometry"]
         description["cx"] += 30
         (capture / "transforms.json").write_text(json.dumps(description))
-        packed = run("pack", capture, "-o", self.folder / "misfit.srf", "--surfels", "3000")
+        packed = run("pack", capture, "-o", self.folder / "misfit.srf", "--surfels", "3000", "--tables", "off")
         self.assertEqual(packed.returncode, 0)
         self.assertRegex(packed.stderr, r"warning: no hull fits the mattes: found 0\.\d+ IoU, expected 0\.8 or more")
 

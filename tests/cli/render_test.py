@@ -13,7 +13,7 @@ class Render(TestInFolder):
     def setUpClass(cls):
         super().setUpClass()
         cls.write_small_shot(cameras=3, lights=3)
-        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "60000")
+        succeed("pack", cls.capture, "-o", cls.model, "--surfels", "60000", "--tables", "off")
         cls.report = cls.render("film")
         cls.film = content(cls.folder / "film")
 

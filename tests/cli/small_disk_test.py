@@ -48,7 +48,7 @@ class SmallDisk(TestInFolder):
 
     @classmethod
     def pack(cls, output):
-        return ["pack", cls.capture, "-o", output, "--surfels", "3000"]
+        return ["pack", cls.capture, "-o", output, "--surfels", "3000", "--tables", "off"]
 
     def fill_but(self, size):
         """Leaves nothing but ballast on the disk, and so many bytes free."""
