@@ -28,7 +28,7 @@ class Field:
     """Content of the folder: mesh, views, their pictures, and the visible views of each vertex."""
 
     def __init__(self, model, method):
-        folder = Folder(model, "surflect opacity light field", 2)
+        folder = Folder(model, "surflect opacity light field", 1)
         self.numbers = folder.numbers
         assert self.numbers["method"] == method, "a model of the other method"
         self.positions, triangles = folder.mesh()
