@@ -368,7 +368,10 @@ void writeModel(const Model& model, const Progress& progress) {
   if (model.levels) writeFileAtomically(folder / kLevelFile, packLevels(*model.levels));
   if (model.lightVisibility)
     writeFileAtomically(folder / kShadowFile, packVisibility(*model.lightVisibility, progress));
-  if (model.shared) writeFileAtomically(folder / kTableFile, packTables(*model.shared));
+  if (model.shared)
+    writeFileAtomically(folder / kTableFile, packTables(*model.shared));
+  else
+    std::filesystem::remove(folder / kTableFile);
   Manifest manifest{.white = model.white,
                     .tolerance = model.tolerance,
                     .lightBlend = model.lightBlend,

@@ -147,7 +147,7 @@ constexpr uint16_t kGreatest = 0x7bff; // bits of the greatest half float
 void describeTables(Archive& archive, StoredTables& tables, size_t surfels) {
   archive.magic("srf tabs");
   archive.constant<uint32_t>("version", 1);
-  archive.number<float>("white", tables.white, {1e-30f});
+  archive.number<float>("white", tables.white, {1e-12f, 1e12f});
   archive.numbers<uint32_t>("nodes", tables.nodes, {3, 255});
   for (const uint32_t nodes : tables.nodes)
     if (nodes % 2 == 0) throw Error::mismatch("odd numbers", std::to_string(nodes)).at("nodes");

@@ -1,5 +1,4 @@
 #include "srf/model/pack.h"
-#include "srf/model/shared_surface.h"
 
 #include "srf/capture/origin.h"
 #include "srf/capture/silhouette.h"
@@ -305,7 +304,9 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   report.interpolation = selectInterpolation(model, normalsOf(geometry.origin) != NormalsFrom::nothing,
                                              shared ? &*shared : nullptr, progress);
   model.interpolation = report.interpolation.choice;
-  if (model.shared) model.shared->trust = report.interpolation.trust;
+  const std::vector<float>& trust = report.interpolation.trust;
+  if (std::ranges::all_of(trust, [](float of) { return of == 0; })) model.shared.reset();
+  if (model.shared) model.shared->trust = trust;
   if (report.interpolation.leftOut)
     model.lightBlend.foreshortened = report.lightChoice.blend.foreshortened =
         report.interpolation.foreshortened;

@@ -50,7 +50,8 @@ bool isOfViews(const std::string& name) {
 void removeLitter(const fs::path& folder) {
   removeAbandoned(folder, [](const std::string& target) {
     return target == "manifest.json" || target == "transforms.json" || target == "surfels.ply" ||
-           target == "fades.bin" || target == "levels.bin" || target == "shadows.bin";
+           target == "fades.bin" || target == "levels.bin" || target == "shadows.bin" ||
+           target == "tables.bin";
   });
   removeAbandoned(folder / "views",
                   [](const std::string& target) { return target == "identity" || isOfViews(target); });

@@ -99,7 +99,10 @@ private:
     for (uint32_t light = 0; light < lit.size(); ++light) {
       const auto towards = inFrame(capture::towardsLight(model_.rig.lights[light], p0)).cast<float>();
       const float reached = weights::VisibilityWeights::decode(model_.lightVisibility->of(surfel)[light]);
-      if (towards.z() >= kLeastLightCosine && reached >= kLeastLit) lit[light] = towards;
+      const Rgb irradiance = capture::irradianceAt(model_.rig.lights[light], p0);
+      const bool isWhole =
+          irradiance.r > 0 && irradiance.g > 0 && irradiance.b > 0; // else a channel is unknown
+      if (towards.z() >= kLeastLightCosine && reached >= kLeastLit && isWhole) lit[light] = towards;
     }
     struct Pair {
       const Seen* seen;
@@ -111,10 +114,12 @@ private:
         if (const uint32_t light = model_.columns[of.view][column]; lit[light] && isUsed_(of.view, light))
           pairs.push_back({&of, column, light});
     const size_t count = std::min(most, pairs.size());
+    // Steps of the golden section take views and lights evenly; each surfel begins at another pair.
+    auto step = static_cast<size_t>(0.618 * static_cast<double>(pairs.size()));
+    while (std::gcd(step, pairs.size()) > 1) ++step;
     std::vector<Taken> taken;
     for (size_t i = 0; i < count; ++i) {
-      // Each surfel begins at another pair, so that neighbours show different ones.
-      const auto& [of, column, light] = pairs[(i * pairs.size() / count + 7919 * surfel) % pairs.size()];
+      const auto& [of, column, light] = pairs[(7919 * surfel + i * step) % pairs.size()];
       taken.push_back({reflectance::halfDifference(of->towards, *lit[light]),
                        reflectance::tableLink(lit[light]->z(), of->towards.z()),
                        capture::irradianceAt(model_.rig.lights[light], p0),

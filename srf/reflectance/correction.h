@@ -2,7 +2,7 @@
 // residuals, measured minus tabulated.
 //
 //   L = t + s sum_i w_i (X_i - t_i) / s_i,   s = 0.05 white max(c, 0.15) + mean(t)
-//     = sum_i f_i X_i + b,                   f_i = s w_i / s_i,   b = t - sum_i f_i t_i
+//     = sum_i f_i X_i + b,                   f_i = min(s / s_i, 4) w_i,   b = t - sum_i f_i t_i
 //
 // Symbols: t reflectance of the query by its table, with gain; X_i photographs, t_i their reflectance by the
 // table, w_i their weights; s scale of the error to expect, with the mean of the channels of t, and c the
@@ -30,6 +30,10 @@ inline float errorScale(const Rgb& predicted, float cosine, float white) {
   return kDark * white * std::max(cosine, kLeastLightCosine) + (predicted.r + predicted.g + predicted.b) / 3;
 }
 
+// Largest factor by which a residual grows: what a photograph shows beside its table in the dark, such as the
+// reflection of another part, would else sparkle in a highlight.
+inline constexpr float kMostScaled = 4;
+
 // A reflectance by a table, not below 0, and the cosine of its light.
 struct PredictedReflectance {
   Rgb value;
@@ -45,7 +49,8 @@ inline Rgb applyCorrection(const PredictedReflectance& query,
   const float scale = errorScale(query.value, query.cosine, white);
   Rgb sum;
   for (size_t i = 0; i < weights.size(); ++i) {
-    weights[i] *= scale / errorScale(photographs[i].value, photographs[i].cosine, white);
+    weights[i] *=
+        std::min(scale / errorScale(photographs[i].value, photographs[i].cosine, white), kMostScaled);
     sum = sum + weights[i] * photographs[i].value;
   }
   return query.value + -1.f * sum;

@@ -36,8 +36,8 @@ struct SharingOptions {
 struct SharedReflectance {
   float white = 1; // of SharingOptions
   ReflectanceTables tables;
-  // Trust in each table, 0..1: 1 where it predicts photographs that are left out better than photographs of
-  // the same surfel do.
+  // Trust in each table, 0..1: how much better it predicts photographs that are left out than the choice
+  // without tables does (tableShare).
   std::vector<float> trust;
   // All below have one entry a surfel.
   std::vector<Angle> fibres; // the tables' frame is the given one, turned by this angle (turnedFrame)

@@ -164,7 +164,7 @@ private:
     for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
          ++i) {
       plan.confidence[i] = weights::confidenceOf(best.penalty);
-      if (!best.isSeen) ++plan.unseen;
+      if (!best.isSeen && !isSeparate_) ++plan.unseen; // the product counts, too
       if (plan.cameraBlend.empty()) continue;
       plan.cameraBlend[i] = cameraColor_;
       plan.lightBlend[i] = lightBlendColor_;
@@ -316,8 +316,9 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
                 "takes one with [[light]]")
         .in(field.folder);
   if (interpolationOf(field, options) == weights::Interpolation::shared && !isFixed && !field.shared)
-    throw Error::mismatch("a model with tables",
-                          "none: pack its capture again, opaque and with at least 4 cameras and lights")
+    throw Error::mismatch(
+        "a model with tables",
+        "none: pack its capture again with --tables on, opaque and with at least 4 cameras and lights")
         .at("interpolation shared")
         .in(field.folder);
   if (options.foreshortened.value_or(false) &&

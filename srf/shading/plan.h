@@ -50,9 +50,9 @@ struct ShadingPlan {
   // every place, and an operation that shows background is compensated by operations of the same light. With
   // tables, a second target of each light follows.
   size_t targetsPerPlace = 1;
-  size_t tablesPerPlace = 0; // of these targets, the last: those of tables
-  // With tables, one per target: radiance that is added to that of the photographs. Their sum counts as at
-  // least 0.
+  size_t tablesPerPlace = 0; // how many of them, the last ones, belong to tables
+  // With tables, one per target: radiance that is added to that of the photographs. The sum of both is
+  // clamped to 0 from below.
   std::vector<Rgb> offsets;
   std::vector<ShadingOp> ops;
   weights::LightRows rows;

@@ -21,6 +21,7 @@
 //   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij a_i E_q / E_j X_ij(x_i).
 #include "srf/shading/reference.h"
 
+#include "srf/reflectance/correction.h"
 #include "srf/shading/taps.h"
 #include "srf/weights/fades.h"
 #include "srf/weights/fallback_view.h"
@@ -428,7 +429,7 @@ private:
     for (size_t place = placeBegin_; place < placeEnd_; ++place) add(place, own);
     for (size_t k = 0; k < samples.size(); ++k) {
       const Pair& pair = pairs[samples[k].index].pair;
-      const double factor = scale * w[k] / scales[k];
+      const double factor = std::min(scale / scales[k], double{reflectance::kMostScaled}) * w[k];
       if (factor == 0) continue;
       plan.rows.add(pair.column, (factor < 0 ? -share : share) * ratio(source, pair.light));
       const size_t row = plan.rows.lights.size() - 1;

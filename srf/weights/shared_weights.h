@@ -4,13 +4,13 @@
 //   L / E_q = m (sum_i f_i X_i / E_i + b) + (1 - m) K
 //
 // Symbols: X_i photographs, E_i and E_q irradiance of their light and of the requested one; f_i, b factors
-// and colour of the correction; K answer of kriging (pair_weights.h); m share of the tables:
+// and colour of the correction; K answer without tables (InterpolationChoice::otherwise); m share of the
+// tables:
 //
 //   m = (sum of weight * trust over the mixture) * s * smoothStep(0, 0.2, c_v)
 //
 // s shadow state of the request, c_v cosine of its viewer. Tables hold lit surfaces only, and are uncertain
-// at grazing angles. There, and where tables predict a surfel no better than its photographs do, kriging
-// answers.
+// at grazing angles. Trust is that of a table, so that a surfel follows its kind.
 //
 // Nugget of a photograph at place x_i, for a request at x, in addition to nuggetOf (kriging.h):
 //

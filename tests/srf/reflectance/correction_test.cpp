@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -53,9 +55,21 @@ TEST(Correction, IsTheWeightedMeanOfRelativeErrors) {
     const float scale = errorScale(scene.query.value, scene.query.cosine, kUnit);
     double sum = 0;
     for (size_t i = 0; i < scene.weights.size(); ++i)
-      sum += scene.weights[i] * (scene.shown[i].g - scene.photographs[i].value.g) /
-             errorScale(scene.photographs[i].value, scene.photographs[i].cosine, kUnit);
-    EXPECT_NEAR(scene.answer().g, scene.query.value.g + scale * sum, 3e-7);
+      sum += scene.weights[i] * (scene.shown[i].g - scene.photographs[i].value.g) *
+             std::min(kMostScaled,
+                      scale / errorScale(scene.photographs[i].value, scene.photographs[i].cosine, kUnit));
+    EXPECT_NEAR(scene.answer().g, scene.query.value.g + sum, 3e-7);
+  }
+}
+
+// What one photograph shows in the dark, of whatever strength, stays below four times that in a highlight.
+TEST(Correction, AResidualInTheDarkDoesNotSparkle) {
+  const PredictedReflectance highlight{{30, 30, 30}, 1};
+  for (const float beside : {0.1f, 0.5f, 3.f}) {
+    const PredictedReflectance dark{{0, 0, 0}, 0.05f};
+    std::array<float, 1> weight{1};
+    const Rgb offset = applyCorrection(highlight, {&dark, 1}, kUnit, weight);
+    EXPECT_LE(offset.g + weight[0] * beside, 30 + kMostScaled * beside);
   }
 }
 
