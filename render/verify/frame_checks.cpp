@@ -38,14 +38,15 @@ double percent(size_t part, size_t whole) {
 
 // Results of the checks at each visible surfel; one entry per surfel of raster.visible.
 struct VisibleFlags {
-  std::vector<uint8_t> isFolded, isUnseen, isUnmatched, lacksLight, lacksView;
+  std::vector<uint8_t> isFolded, isUnseen, isUnmatched, lacksLight, lacksView, isShared;
   std::vector<size_t> unmatched; // lights
   std::vector<float> viewGap, lightGap, lookUpError,
       weightError; // radians; lightGap -1 where no light is asked
 
   explicit VisibleFlags(size_t count)
       : isFolded(count), isUnseen(count), isUnmatched(count), lacksLight(count), lacksView(count),
-        unmatched(count), viewGap(count), lightGap(count, -1), lookUpError(count), weightError(count) {}
+        isShared(count), unmatched(count), viewGap(count), lightGap(count, -1), lookUpError(count),
+        weightError(count) {}
   const std::vector<uint8_t>& of(size_t flag) const { // in the order of kFlagColors
     const std::array<const std::vector<uint8_t>*, 5> all{&isFolded, &isUnseen, &isUnmatched, &lacksLight,
                                                          &lacksView};
@@ -108,12 +109,13 @@ private:
   // Flags of the queries [begin, end). A plan counts what fails; single plans then tell where.
   void readPlan(shading::ShadingPlanner& planner, size_t begin, size_t end, shading::ShadingPlan& plan) {
     planner.plan(begin, end, plan);
-    std::vector<double> sums(plan.targets(), 0);
-    for (const shading::ShadingOp& op : plan.ops) sums[op.target] += double{op.weight};
+    const std::vector<double> sums = weightSums(plan);
     for (size_t i = begin; i < end; ++i) {
-      const size_t first = (i - begin) * plan.targetsPerPlace;
-      const auto own = std::span(sums).subspan(first, plan.targetsPerPlace);
-      flags_.weightError[i] = static_cast<float>(verify::weightError(batch_, plan, own));
+      flags_.weightError[i] = static_cast<float>(verify::weightError(plan, sums, i - begin, batch_.lights));
+      const auto shares =
+          std::span(plan.tableShares).subspan((i - begin) * plan.tablesPerPlace, plan.tablesPerPlace);
+      const float sum = std::accumulate(shares.begin(), shares.end(), 0.f);
+      flags_.isShared[i] = 2 * sum > static_cast<float>(shares.size());
     }
     if (plan.unseen == 0 && plan.unmatchedShadows == 0) return;
     if (end - begin == 1) {
@@ -231,7 +233,7 @@ private:
     const size_t count = visible_.size();
     if (count == 0) {
       for (const char* rule : {"unseen", "views_extrapolated", "lights_extrapolated", "shadows_unmatched",
-                               "frame_weights", "frame_look_up"})
+                               "shared", "frame_weights", "frame_look_up"})
         checks_.push_back(inapplicable(rule, "no surfel is visible"));
       return;
     }
@@ -246,6 +248,15 @@ private:
             farViews, count, toDegrees(viewLimit_), toDegrees(largestSeenGap())),
         worstSeenGap());
     addLightChecks();
+    if (model_.shared) {
+      const size_t shared = countOf(flags_.isShared);
+      add("shared", percent(shared, count),
+          fmt::format("{} of {} visible surfels are answered mainly by photographs of other surfels", shared,
+                      count),
+          someOf(flags_.isShared));
+    } else {
+      checks_.push_back(inapplicable("shared", "the model has no tables"));
+    }
     const float weight = *std::ranges::max_element(flags_.weightError);
     add("frame_weights", double{weight}, fmt::format("weights sum to 1 within {:.1e}", weight),
         worstOf(flags_.weightError));

@@ -139,43 +139,47 @@ Check lookUpCheck(const model::Model& model, const Bounds& bounds) {
                 {worst});
 }
 
-std::vector<double> sumsOf(const shading::ShadingPlan& plan) {
-  std::vector<double> sums(plan.targets(), 0);
-  for (const shading::ShadingOp& op : plan.ops) sums[op.target] += double{op.weight};
-  return sums;
-}
-
 Check weightsCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
   const weights::QueryBatch batch = randomQueries(model);
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
-  const double error = weightError(batch, plan, sumsOf(plan));
+  const std::vector<double> sums = weightSums(plan);
+  double error = 0;
+  for (size_t place = 0; place < plan.places; ++place)
+    error = std::max(error, weightError(plan, sums, place, batch.lights));
   return judged(
       "weights", error, bounds,
       fmt::format("from random views at {} surfels, weights sum to 1 within {:.1e}", batch.size(), error));
 }
 
-// The weight of all cameras in the direction of the one that is met.
+// The weight of all cameras in the direction of the one that is met, in the answer of photographs. Where
+// tables answer alone, it is their share of all factors.
 Check metViewCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
   const auto [batch, met, columns] = metQueries(model);
   if (batch.size() == 0) return inapplicable("met_view", "no camera sees a surfel well");
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
   std::vector<capture::Viewpoint<AcquisitionSpace>> views;
   for (const capture::View& view : model.rig.views) views.emplace_back(view.camera);
-  std::vector<double> weight(batch.size(), 0);
+  const std::vector<double> sums = weightSums(plan);
+  std::vector<double> weight(plan.targets(), 0);
   for (const shading::ShadingOp& op : plan.ops) {
     const size_t query = op.target / plan.targetsPerPlace;
     const auto p0 = model.cloud.p0[batch.surfels[query]].cast<double>();
     if (angleBetween(views[op.view].towards(p0).raw(), views[met[query]].towards(p0).raw()) < 1e-3)
-      weight[query] += double{op.weight};
+      weight[op.target] += double{op.weight};
   }
-  const auto least = std::ranges::min_element(weight);
-  const auto query = static_cast<size_t>(least - weight.begin());
+  std::vector<double> least(batch.size(), 1);
+  for (size_t target = 0; target < plan.targets(); ++target)
+    if (sums[target] > 0)
+      least[target / plan.targetsPerPlace] =
+          std::min(least[target / plan.targetsPerPlace], weight[target] / sums[target]);
+  const auto worst = std::ranges::min_element(least);
+  const auto query = static_cast<size_t>(worst - least.begin());
   return judged(
-      "met_view", 1 - *least, bounds,
+      "met_view", 1 - *worst, bounds,
       fmt::format("at {} surfels asked from a captured camera under a captured light, other cameras take "
                   "at most {:.2g} of the weight",
-                  batch.size(), std::max(0.0, 1 - *least)),
-      {placeOf(model, batch.surfels[query], 1 - *least)});
+                  batch.size(), std::max(0.0, 1 - *worst)),
+      {placeOf(model, batch.surfels[query], 1 - *worst)});
 }
 
 // Share of the surface whose row of fades is 0, by the area of splats, with some of the places.
@@ -320,15 +324,21 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
   return directions;
 }
 
-double weightError(const weights::QueryBatch& batch, const shading::ShadingPlan& plan,
-                   std::span<const double> sums) {
+std::vector<double> weightSums(const shading::ShadingPlan& plan) {
+  std::vector<double> sums(plan.targets(), 0);
+  for (const shading::ShadingOp& op : plan.ops) sums[op.target] += double{op.weight};
+  return sums;
+}
+
+double weightError(const shading::ShadingPlan& plan, std::span<const double> sums, size_t place,
+                   size_t lights) {
   const size_t blends = plan.targetsPerPlace - plan.tablesPerPlace;
   double largest = 0;
-  for (size_t target = 0; target < sums.size(); ++target) {
-    const size_t own = target % plan.targetsPerPlace;
-    if (own >= blends || (blends > 1 && own >= batch.lights)) continue;
-    if (plan.tablesPerPlace > 0 && sums[target] == 0) continue;
-    const double error = std::abs(sums[target] - 1);
+  for (size_t own = 0; own < (blends > 1 ? std::min(blends, lights) : blends); ++own) {
+    const bool isOfLight = blends > 1 || lights == 1;
+    if (plan.tablesPerPlace > 0 && isOfLight && plan.tableShares[place * plan.tablesPerPlace + own] >= 1)
+      continue;
+    const double error = std::abs(sums[place * plan.targetsPerPlace + own] - 1);
     if (!(error <= largest)) largest = error;
   }
   return largest;

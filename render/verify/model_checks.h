@@ -44,11 +44,14 @@ std::vector<Direction3<AcquisitionSpace, double>> viewDirections(const model::Mo
 // Angle of two unit directions, radians.
 double angleBetween(const Vec3<double>& a, const Vec3<double>& b);
 
-// Largest distance from 1 of `sums`, for each target of a plan, or of some of its places, the sum of its
-// operations' weights. Targets of environments are left out where pairs are weighted, as their light may
-// fade; so are targets of tables, and those that tables answer alone.
-double weightError(const weights::QueryBatch& batch, const shading::ShadingPlan& plan,
-                   std::span<const double> sums);
+// Sums of the weights of a plan's operations (#targets).
+std::vector<double> weightSums(const shading::ShadingPlan& plan);
+
+// Largest distance from 1 of these sums at one place. Targets of environments are left out where pairs are
+// weighted, as their light may fade. Targets of tables, and lights that tables answer alone, are left out,
+// too.
+double weightError(const shading::ShadingPlan& plan, std::span<const double> sums, size_t place,
+                   size_t lights);
 
 // A place at rest.
 FlaggedPlace placeOf(const model::Model& model, uint32_t surfel, double figure);

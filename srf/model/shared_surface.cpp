@@ -99,10 +99,7 @@ private:
     for (uint32_t light = 0; light < lit.size(); ++light) {
       const auto towards = inFrame(capture::towardsLight(model_.rig.lights[light], p0)).cast<float>();
       const float reached = weights::VisibilityWeights::decode(model_.lightVisibility->of(surfel)[light]);
-      const Rgb irradiance = capture::irradianceAt(model_.rig.lights[light], p0);
-      const bool isWhole =
-          irradiance.r > 0 && irradiance.g > 0 && irradiance.b > 0; // else a channel is unknown
-      if (towards.z() >= kLeastLightCosine && reached >= kLeastLit && isWhole) lit[light] = towards;
+      if (towards.z() >= kLeastLightCosine && reached >= kLeastLit) lit[light] = towards;
     }
     struct Pair {
       const Seen* seen;

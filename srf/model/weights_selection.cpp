@@ -428,8 +428,8 @@ struct Errors {
 class LeaveOneOut {
 public:
   // The model, of which `sample` are some surfels, must outlive this.
-  LeaveOneOut(const Model& model, Model sample, std::vector<Fold> folds, const Progress& progress)
-      : sample_(std::move(sample)), folds_(std::move(folds)), white_(static_cast<float>(model.white)),
+  LeaveOneOut(const Model& model, Model sample, const Progress& progress)
+      : sample_(std::move(sample)), white_(static_cast<float>(model.white)),
         cache_(model.files, size_t{256} << 20), progress_(progress) {}
 
   const Model& sample() const { return sample_; }
@@ -438,10 +438,11 @@ public:
 
   // Calls use(fold, surfels, candidate, predicted, truth) for each fold that shows surfels, and each
   // candidate.
-  template <class Use> void predict(std::span<const Candidate> candidates, const Use& use) {
-    for (size_t fold = 0; fold < folds_.size(); ++fold) {
-      progress_("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds_.size()));
-      const Fold& left = folds_[fold];
+  template <class Use>
+  void predict(std::span<const Fold> folds, std::span<const Candidate> candidates, const Use& use) {
+    for (size_t fold = 0; fold < folds.size(); ++fold) {
+      progress_("weights of photographs", static_cast<double>(fold) / static_cast<double>(folds.size()));
+      const Fold& left = folds[fold];
       weights::QueryBatch batch = queriesFor(sample_, left.view, left.light);
       if (batch.size() == 0) continue;
       Model rest = without(sample_, left);
@@ -451,7 +452,10 @@ public:
         progress_.checkpoint();
         rest.interpolation = candidates[c].choice;
         rest.lightBlend.foreshortened = candidates[c].foreshortened;
-        batch.reached = candidates[c].choice.shadows ? reached : std::vector<float>{};
+        const weights::InterpolationChoice& choice = candidates[c].choice;
+        const bool usesStates =
+            choice.shadows || choice.kind == weights::Interpolation::shared; // as castsShadows
+        batch.reached = usesStates ? reached : std::vector<float>{};
         shading::ShadingPlan plan = shading::planShading(rest, batch, {});
         renumber(plan, left);
         use(left, batch.surfels, c, shading::shade(plan, cache_, stats_), truth);
@@ -461,7 +465,6 @@ public:
 
 private:
   Model sample_;
-  std::vector<Fold> folds_;
   float white_;
   codec::BlockCache cache_;
   shading::ShadingStats stats_;
@@ -487,9 +490,9 @@ struct CandidateErrors {
 
 // Selection between tables and another choice.
 struct TableSelection {
-  std::vector<float> trust; // in the model's tables
-  bool isBetter = false;    // with tables
-  double db = 0;            // of photographs that are left out, with tables
+  std::vector<float> trust;      // in the model's tables
+  bool isBetter = false;         // with tables
+  double db = 0, separateDb = 0; // of photographs that are left out: with tables, and with separate weights
 };
 
 // Squared differences of logarithms with tables and without, by the table of largest weight at each surfel.
@@ -512,12 +515,14 @@ private:
   std::vector<std::array<double, 2>> sums_;
 };
 
-// Candidates: with tables, without. Tables are tried that have not seen every fourth camera and light; these
-// are left out in turn of the photographs that correct them.
+// Candidates: with tables, without, separate. The tables that are tried are fitted without every fourth
+// camera and light. In each fold, the photographs that correct them lack one of these cameras or lights, too.
+// The same folds tell the trust, one number a table, and whether tables are better: half of them tell it too
+// coarsely.
 TableSelection selectTables(const Model& model, const SharedSample& shared,
-                            std::span<const Candidate, 2> candidates, const Progress& progress) {
+                            std::span<const Candidate, 3> candidates, const Progress& progress) {
   constexpr size_t kApart = 4;
-  std::vector<Fold> folds = foldsOf(model, kApart);
+  const std::vector<Fold> folds = foldsOf(model, kApart);
   const reflectance::SharedReflectance tried = refitSample(model, shared, keptBy(folds), progress);
   const std::vector<uint32_t> rows = evenlyChosen(shared.surfels.size(), kSurfels);
   std::vector<uint32_t> surfels;
@@ -525,21 +530,23 @@ TableSelection selectTables(const Model& model, const SharedSample& shared,
   Model sample = sampleOf(model, surfels);
   sample.shared = rowsOf(tried, rows);
   const std::vector<reflectance::TableMixture> mixtures = sample.shared->mixtures;
-  LeaveOneOut leaveOneOut(model, std::move(sample), std::move(folds), progress);
+  LeaveOneOut leaveOneOut(model, std::move(sample), progress);
 
   TableErrors ofTables(tried.tables);
-  leaveOneOut.predict(candidates, [&](const Fold&, std::span<const uint32_t> asked, size_t c,
-                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
-    for (size_t i = 0; i < asked.size(); ++i)
-      ofTables.add(mixtures[asked[i]], c, reflectance::logError(predicted[i], truth[i], leaveOneOut.white()));
-  });
+  leaveOneOut.predict(folds, candidates.first(2),
+                      [&](const Fold&, std::span<const uint32_t> asked, size_t c,
+                          std::span<const Rgb> predicted, std::span<const Rgb> truth) {
+                        for (size_t i = 0; i < asked.size(); ++i)
+                          ofTables.add(mixtures[asked[i]], c,
+                                       reflectance::logError(predicted[i], truth[i], leaveOneOut.white()));
+                      });
   leaveOneOut.setTrust(ofTables.trust());
-  std::array<CandidateErrors, 2> errors;
-  leaveOneOut.predict(candidates, [&](const Fold& left, std::span<const uint32_t>, size_t c,
-                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
-    errors[c].add(left, predicted, truth, leaveOneOut.white());
-  });
-  return {ofTables.trust(), errors[0].gains(errors[1], kTableGainDb), errors[0].all.db()};
+  std::array<CandidateErrors, 3> errors;
+  leaveOneOut.predict(
+      folds, candidates,
+      [&](const Fold& left, std::span<const uint32_t>, size_t c, std::span<const Rgb> predicted,
+          std::span<const Rgb> truth) { errors[c].add(left, predicted, truth, leaveOneOut.white()); });
+  return {ofTables.trust(), errors[0].gains(errors[1], kTableGainDb), errors[0].all.db(), errors[2].all.db()};
 }
 
 } // namespace
@@ -552,14 +559,13 @@ bool canLeaveOut(const Model& model) {
 InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, const SharedSample* shared,
                                            const Progress& progress) {
   if (!canLeaveOut(model)) return {};
-  LeaveOneOut leaveOneOut(model, sampleOf(model, evenlyChosen(model.cloud.size(), kSurfels)), foldsOf(model),
-                          progress);
+  LeaveOneOut leaveOneOut(model, sampleOf(model, evenlyChosen(model.cloud.size(), kSurfels)), progress);
   const std::vector<Candidate> candidates = candidatesFor(model, hasNormals);
   std::vector<CandidateErrors> errors(candidates.size());
-  leaveOneOut.predict(candidates, [&](const Fold& left, std::span<const uint32_t>, size_t c,
-                                      std::span<const Rgb> predicted, std::span<const Rgb> truth) {
-    errors[c].add(left, predicted, truth, leaveOneOut.white());
-  });
+  leaveOneOut.predict(
+      foldsOf(model), candidates,
+      [&](const Fold& left, std::span<const uint32_t>, size_t c, std::span<const Rgb> predicted,
+          std::span<const Rgb> truth) { errors[c].add(left, predicted, truth, leaveOneOut.white()); });
   if (errors[0].all.values == 0) return {};
   std::vector<double> db;
   for (const CandidateErrors& each : errors) db.push_back(each.all.db());
@@ -573,18 +579,18 @@ InterpolationSelection selectInterpolation(const Model& model, bool hasNormals, 
   }
   if (!shared) return selection;
 
-  std::array<Candidate, 2> withTables{candidates[best], usesKriging ? candidates[best] : candidates[0]};
+  std::array<Candidate, 3> withTables{candidates[best], usesKriging ? candidates[best] : candidates[0],
+                                      candidates[0]};
   withTables[0].choice.kind = weights::Interpolation::shared;
   withTables[0].choice.otherwise =
       usesKriging ? weights::Interpolation::kriging : weights::Interpolation::separate;
   withTables[0].foreshortened = withTables[1].foreshortened;
-  withTables[0].choice.shadows = true; // tables hold lit surfaces only
   TableSelection tables = selectTables(model, *shared, withTables, progress);
   selection.trust = std::move(tables.trust);
   if (tables.isBetter) {
     selection.choice = withTables[0].choice;
     selection.foreshortened = withTables[0].foreshortened;
-    selection.leftOut->chosenDb = tables.db;
+    selection.leftOut = {tables.db, tables.separateDb};
   }
   return selection;
 }

@@ -87,17 +87,19 @@ public:
                      placeEnd = batch_.placeBegin(first + lane + 1);
         const weights::LightWeights::Row row =
             isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
+        const float share = share_ * (colorScales_.empty() ? 1 : colorScales_[first + lane - firstQuery_]);
         const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
             emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
                           i * plan.targetsPerPlace + (isWhole_ ? 0 : batch_.lights), view, weight, row.begin,
                           row.end, plan);
-            if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share_ * weight * viewColor_[view];
+            if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share * weight * viewColor_[view];
           }
         });
         for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
-          if (isLit && showsBlends) plan.lightBlend[i] = plan.lightBlend[i] + lights_.blendColor();
+          if (isLit && showsBlends)
+            plan.lightBlend[i] = plan.lightBlend[i] + share / share_ * lights_.blendColor();
           if (!isWhole_) continue; // known from the lights
           plan.confidence[i] = weights::confidenceOf(best.penalty);
           if (!best.isSeen) ++plan.unseen;
@@ -106,9 +108,12 @@ public:
     }
   }
 
-  // Replaces the batch's irradiance from a query on (#lights a query); it must outlive the next plan.
-  void setIrradiance(std::span<const Rgb> irradiance, size_t firstQuery) {
+  // Replaces the batch's irradiance from a query on (#lights a query), and scales the blend colours of each
+  // query; both must outlive the next plan.
+  void answerRest(std::span<const Rgb> irradiance, std::span<const float> colorScales, size_t firstQuery) {
     lights_.setIrradiance(irradiance, firstQuery);
+    colorScales_ = colorScales;
+    firstQuery_ = firstQuery;
   }
 
 private:
@@ -121,7 +126,9 @@ private:
   const weights::ReflectanceField& field_;
   const weights::QueryBatch& batch_;
   const bool isWhole_;
-  const float share_; // of the query's lights
+  const float share_;                  // of the query's lights
+  std::span<const float> colorScales_; // empty: 1
+  size_t firstQuery_ = 0;
   weights::CameraWeights cameras_;
   weights::LightWeights lights_;
   Emitter emitter_;
@@ -137,7 +144,7 @@ public:
         viewColor_(weights::blendColors(field.rig.views.size())),
         lightColor_(weights::blendColors(field.rig.lights.size())),
         environmentBrightness_(weights::environmentBrightness(batch)) {
-    isSeparate_ = isSeparateBesideTables(field, options);
+    isSeparate_ = field.isFullProduct && isSeparateBesideTables(field, options);
     if (isSeparate_ || (field.isFullProduct && !batch.environments.empty()))
       product_.emplace(field, coverage, batch, options,
                        isSeparate_ ? weights::LightSources::all : weights::LightSources::environments);
@@ -145,20 +152,23 @@ public:
 
   void plan(size_t begin, size_t end, ShadingPlan& plan) {
     firstPlace_ = batch_.placeBegin(begin);
-    left_.clear();
+    rest_.clear();
+    restShares_.clear();
     for (size_t first = begin; first < end; first += weights::kQueryLanes) {
       const size_t count = std::min(weights::kQueryLanes, end - first);
       pairs_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) planQuery(first + lane, pairs_.select(lane), plan);
     }
-    if (isSeparate_) product_->setIrradiance(left_, begin);
+    if (isSeparate_) product_->answerRest(rest_, restShares_, begin);
     if (product_) product_->plan(begin, end, plan);
   }
 
 private:
   void planQuery(size_t query, const weights::BestView& best, ShadingPlan& plan) {
     cameraColor_ = lightBlendColor_ = {};
-    for (size_t l = 0; l < batch_.lights; ++l) planLight(query, l, plan);
+    float restShare = static_cast<float>(batch_.environments.size());
+    for (size_t l = 0; l < batch_.lights; ++l) restShare += 1 - planLight(query, l, plan);
+    if (isSeparate_) restShares_.push_back(restShare / static_cast<float>(batch_.sources()));
     if (!product_)
       for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
     for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
@@ -180,19 +190,22 @@ private:
                     plan);
   }
 
-  // The pairs of one view become one operation.
-  void planLight(size_t query, size_t l, ShadingPlan& plan) {
+  // Plans the tables' share of a light, and the rest unless the product answers it. Returns that share.
+  float planLight(size_t query, size_t l, ShadingPlan& plan) {
     pairs_.setLight(l);
-    Rgb irradiance = batch_.irradiance[query * batch_.lights + l];
-    if (const auto shared = pairs_.shared()) {
-      planShared(query, l, *shared, plan);
-      irradiance = (1 - shared->share) * irradiance;
-      if (!isSeparate_ && shared->share >= 1) return;
-    }
-    if (isSeparate_) {
-      left_.push_back(irradiance);
-      return;
-    }
+    const auto shared = pairs_.shared();
+    const float share = shared ? shared->share : 0;
+    if (shared) planShared(query, l, *shared, plan);
+    if (isSeparate_)
+      rest_.push_back((1 - share) * batch_.irradiance[query * batch_.lights + l]);
+    else if (share < 1)
+      planPairs(query, l, 1 - share, plan);
+    return share;
+  }
+
+  // Plans a share of a light; the pairs of one view become one operation.
+  void planPairs(size_t query, size_t l, float share, ShadingPlan& plan) {
+    const Rgb irradiance = share * batch_.irradiance[query * batch_.lights + l];
     const auto [weights, scale, lacksState] = pairs_.blend();
     const weights::CapturedPairs& pairs = pairs_.pairs();
     if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
@@ -207,25 +220,29 @@ private:
       for (auto pair = first; pair != last; ++pair) {
         const auto [_, column, light] = pairs[pair->index];
         plan.rows.add(column, scale * pair->weight / ofView * pairs_.ratio(irradiance, light));
-        lightBlendColor_ = lightBlendColor_ + scale * pair->weight / sources * lightColor_[light];
+        lightBlendColor_ = lightBlendColor_ + share * scale * pair->weight / sources * lightColor_[light];
       }
       emitAll(query, l, view, ofView, rowBegin, plan.rows.lights.size(), plan);
-      cameraColor_ = cameraColor_ + ofView / sources * viewColor_[view];
+      cameraColor_ = cameraColor_ + share * ofView / sources * viewColor_[view];
       first = last;
     }
   }
 
   // The photographs that correct the tables: one operation each. A photograph that does not show a place
-  // counts as its prediction, so that it corrects nothing there.
+  // counts as its prediction, so that it corrects nothing there. Blend colours are those of the photographs,
+  // by the size of their factors.
   void planShared(size_t query, size_t l, const weights::PairWeights::Shared& shared, ShadingPlan& plan) {
     const auto& [photographs, predicted, offset] = shared.blend;
     const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const float share = shared.share * shared.fade;
     const size_t target = plan.targetsPerPlace - plan.tablesPerPlace + l;
-    const auto sources = static_cast<float>(batch_.sources());
-    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place)
+    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place) {
+      plan.tableShares[(place - firstPlace_) * plan.tablesPerPlace + l] = shared.share;
       offsetAt(plan, place, target) =
           share * field_.shared->gains[batch_.placeAt(place)] * (irradiance * offset);
+    }
+    float sizes = 0;
+    for (const auto& [number, factor] : photographs) sizes += std::abs(factor);
     for (size_t i = 0; i < photographs.size(); ++i) {
       const auto [number, factor] = photographs[i];
       if (factor == 0) continue;
@@ -243,8 +260,9 @@ private:
           sum = sum + share * factor * field_.shared->gains[surfel] * (irradiance * predicted[i]);
         }
       }
-      cameraColor_ = cameraColor_ + share * factor / sources * viewColor_[view];
-      lightBlendColor_ = lightBlendColor_ + share * factor / sources * lightColor_[light];
+      const float ofBlend = shared.share * std::abs(factor) / (sizes * static_cast<float>(batch_.sources()));
+      cameraColor_ = cameraColor_ + ofBlend * viewColor_[view];
+      lightBlendColor_ = lightBlendColor_ + ofBlend * lightColor_[light];
     }
   }
 
@@ -293,7 +311,9 @@ private:
   // Cameras and lights apart: of environments, if every camera has every light, or of all that tables leave.
   std::optional<ProductPlanner> product_;
   bool isSeparate_ = false; // the product answers lights where tables do not
-  std::vector<Rgb> left_;   // irradiance that tables leave, of the lights of the planned queries
+  // What tables leave of the planned queries: irradiance of each light, and mean share of all sources.
+  std::vector<Rgb> rest_;
+  std::vector<float> restShares_;
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
@@ -358,9 +378,10 @@ struct ShadingPlanner::Impl {
   bool isProduct =
       hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
   bool hasTables = !isProduct && usesTables(field, options);
-  size_t targetsPerPlace =
-      (isProduct || isSeparateBesideTables(field, options) ? 1 : std::max(size_t{1}, batch.sources())) +
-      (hasTables ? batch.lights : 0);
+  size_t targetsPerPlace = (isProduct || (field.isFullProduct && isSeparateBesideTables(field, options))
+                                ? 1
+                                : std::max(size_t{1}, batch.sources())) +
+                           (hasTables ? batch.lights : 0);
   tbb::enumerable_thread_specific<Planner> planners{[this] {
     return isProduct ? Planner(std::in_place_type<ProductPlanner>, field, coverage, batch, options,
                                weights::LightSources::all)
@@ -398,6 +419,7 @@ void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
   plan.rows.clear();
   plan.unseen = plan.unmatchedShadows = 0;
   plan.offsets.assign(impl_->hasTables ? plan.targets() : 0, {});
+  plan.tableShares.assign(plan.places * plan.tablesPerPlace, 0);
   plan.confidence.resize(plan.places);
   const size_t blends = impl_->options.showsBlends ? plan.places : 0;
   plan.alphaSums.assign(impl_->usesAlpha ? plan.targets() : 0, {});

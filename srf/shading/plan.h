@@ -50,7 +50,9 @@ struct ShadingPlan {
   // every place, and an operation that shows background is compensated by operations of the same light. With
   // tables, a second target of each light follows.
   size_t targetsPerPlace = 1;
-  size_t tablesPerPlace = 0; // how many of them, the last ones, belong to tables
+  size_t tablesPerPlace = 0; // how many of them, the last ones, belong to tables: one for each light
+  // With tables, one per place and light: share m of the tables in the answer.
+  std::vector<float> tableShares;
   // With tables, one per target: radiance that is added to that of the photographs. The sum of both is
   // clamped to 0 from below.
   std::vector<Rgb> offsets;

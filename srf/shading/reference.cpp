@@ -134,9 +134,9 @@ public:
         coverage_(weights::lightDirections(field)) {
     plan.places = batch.placeBegin(batch.size());
     const bool hasTables = !isProduct() && usesTables(field, options);
-    isSeparate_ = isSeparateBesideTables(field, options);
+    isProductBeside_ = field.isFullProduct && isSeparateBesideTables(field, options);
     plan.targetsPerPlace =
-        (isProduct() || isSeparate_ ? 1 : batch.sources()) + (hasTables ? batch.lights : 0);
+        (isProduct() || isProductBeside_ ? 1 : batch.sources()) + (hasTables ? batch.lights : 0);
     plan.tablesPerPlace = hasTables ? batch.lights : 0;
     plan.offsets.resize(hasTables ? plan.targets() : 0);
     for (size_t table = 0; hasTables && table < field.shared->tables.count(); ++table)
@@ -163,16 +163,22 @@ public:
     std::vector<QueryLight> ofProduct;
     for (QueryLight light : lights) {
       const bool isOfEnvironment = light.target >= batch_.lights;
-      if (isSeparate_ && !isOfEnvironment)
-        light.irradiance = (1 - addShared(light, reachedOf(light))) * light.irradiance;
-      if (isSeparate_ || (field_.isFullProduct && isOfEnvironment))
+      float rest = 1; // share of the light that tables leave
+      if (!plan.offsets.empty() && !isOfEnvironment) {
+        const float share = tableShare(light, reachedOf(light));
+        if (share > 0) addTables(light, reachedOf(light), share);
+        rest -= share;
+      }
+      if (isProductBeside_ || (field_.isFullProduct && isOfEnvironment)) {
+        light.irradiance = rest * light.irradiance;
         ofProduct.push_back(light);
-      else if (isOfEnvironment || !usesKriging(field_, options_))
-        addUlr(light);
+      } else if (isOfEnvironment || !usesKriging(field_, options_) ||
+                 isSeparateBesideTables(field_, options_))
+        addUlr(light, rest);
       else
-        addKriging(light, reachedOf(light));
+        addKriging(light, reachedOf(light), rest);
     }
-    if (!ofProduct.empty()) addProduct(ofProduct, isSeparate_ ? 0 : batch_.lights);
+    if (!ofProduct.empty()) addProduct(ofProduct, isProductBeside_ ? 0 : batch_.lights);
   }
 
   ShadingPlan plan;
@@ -229,13 +235,14 @@ private:
     return u;
   }
 
-  void addUlr(const QueryLight& source) {
+  // Answers a share of a light.
+  void addUlr(const QueryLight& source, float answered) {
     const std::vector<Pair> all = pairs();
     weights::NearestCandidates nearest(options_.nearest ? 1 : pairCount(field_, options_));
     for (uint32_t number = 0; number < all.size(); ++number)
       nearest.offer(
           {number, penalty(all[number].view, anglePenalty(towardsLight(all[number].light), source.towards))});
-    const float scale = options_.nearest ? 1 : covered(source);
+    const float scale = answered * (options_.nearest ? 1 : covered(source));
     for (const auto& [number, w] : truncated(ulrWeights(nearest), options_.weightError))
       emitPair(source, all[number], w, scale);
   }
@@ -301,8 +308,9 @@ private:
     return all;
   }
 
-  // w_ij; the index is that of the pair.
-  weights::BlendSet krigingWeights(std::span<const KrigedPair> pairs, const weights::PairPlace& asked) const {
+  // The nearest of the pairs as samples with nuggets; the index is that of the pair.
+  std::vector<weights::KrigingSample> samplesOf(std::span<const KrigedPair> pairs,
+                                                const weights::PairPlace& asked) const {
     const size_t count = pairCount(field_, options_);
     weights::NearestCandidates nearest(count);
     for (uint32_t pair = 0; pair < pairs.size(); ++pair)
@@ -315,13 +323,20 @@ private:
       samples.push_back({pair, pairs[pair].place,
                          weights::nuggetOf(threshold > 0 ? p / threshold : 0, pairs[pair].confidence) +
                              pairs[pair].nugget});
+    return samples;
+  }
+
+  // w_ij; the index is that of the pair.
+  weights::BlendSet krigingWeights(std::span<const KrigedPair> pairs, const weights::PairPlace& asked) const {
+    const std::vector<weights::KrigingSample> samples = samplesOf(pairs, asked);
     const std::vector<double> w = krigingWeightsReference(samples, asked);
     weights::BlendSet blend;
     for (size_t k = 0; k < samples.size(); ++k) blend.push({samples[k].index, static_cast<float>(w[k])});
     return truncated(blend, options_.weightError);
   }
 
-  void addKriging(const QueryLight& source, std::optional<float> reached) {
+  // Answers a share of a light.
+  void addKriging(const QueryLight& source, std::optional<float> reached, float answered) {
     const float state = reached.value_or(1);
     float share = 0;
     std::vector<KrigedPair> pairs = krigedPairs(source, reached, share);
@@ -329,8 +344,7 @@ private:
       for (const KrigedPair& pair : exchangedPairs(source, reached, share)) pairs.push_back(pair);
     const weights::BlendSet weights =
         krigingWeights(pairs, pairPlace(source.towards, towardsView_, state, scales(reached)));
-    const float tables = plan.offsets.empty() ? 0 : addShared(source, reached);
-    float scale = (1 - tables) * covered(source);
+    float scale = answered * covered(source);
     if (how_.foreshortened) {
       float blended = 0;
       for (const auto& [number, w] : weights) {
@@ -342,9 +356,22 @@ private:
     for (const auto& [number, w] : weights) emitPair(source, pairs[number].pair, w, scale);
   }
 
-  // Reflectance by tables, without gain.
-  Eigen::Vector3d predicted(const Direction3<reflectance::SurfelSpace, double>& view,
-                            const Direction3<reflectance::SurfelSpace, double>& light) const {
+  using SurfelDirection = Direction3<reflectance::SurfelSpace, double>;
+
+  // A direction in the frame of the tables.
+  SurfelDirection inTables(const Direction3<AcquisitionSpace>& direction) const {
+    const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel_]));
+    const Mat3<float> acquisitionFromTables = turnedFrame(frame, field_.shared->fibres[surfel_]).matrix();
+    return assume<SurfelDirection>(
+        Vec3<double>(acquisitionFromTables.transpose().cast<double>() * direction.raw().cast<double>()));
+  }
+
+  // A photograph or request as the tables see it.
+  struct Predicted {
+    Eigen::Vector3d value; // reflectance, without gain
+    double cosLight, cosView;
+  };
+  Predicted predicted(const SurfelDirection& view, const SurfelDirection& light) const {
     const reflectance::TableMixture& mixture = field_.shared->mixtures[surfel_];
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (size_t m = 0; m < reflectance::kMixedTables; ++m) {
@@ -352,10 +379,37 @@ private:
                                          reflectance::halfDifference(view, light));
       sum += mixture.weight[m] * Eigen::Map<const Eigen::Vector3d>(value.data()).cwiseMax(0);
     }
-    return reflectance::tableLink(light.z(), view.z()) * sum;
+    return {reflectance::tableLink(light.z(), view.z()) * sum, light.z(), view.z()};
+  }
+  // Mean of the channels, with gain.
+  double meanOf(const Predicted& prediction) const {
+    const auto& [r, g, b] = field_.shared->gains[surfel_];
+    return prediction.value.cwiseProduct(Eigen::Vector3d(r, g, b)).mean();
+  }
+  // s (correction.h)
+  double errorScale(const Predicted& prediction) const {
+    return 0.05 * field_.shared->white * std::max(prediction.cosLight, 0.15) + meanOf(prediction);
+  }
+  // Additional nugget, before the factor 1 - M (shared_weights.h).
+  double distrust(const Predicted& prediction) const {
+    const auto slope = [](double cosine) { return std::clamp(cosine / 0.3, 1e-3, 1.0); };
+    const double u = meanOf(prediction);
+    return 2 * u / (u + 0.3 * field_.shared->white) +
+           0.1 * (1 / (slope(prediction.cosLight) * slope(prediction.cosView)) - 1);
   }
 
-  // Photographs that may correct the tables, with the additional nugget's factor still to be applied.
+  // m
+  float tableShare(const QueryLight& source, std::optional<float> reached) const {
+    const reflectance::SharedReflectance& shared = *field_.shared;
+    const reflectance::TableMixture& mixture = shared.mixtures[surfel_];
+    double trust = 0;
+    for (size_t m = 0; m < reflectance::kMixedTables; ++m)
+      trust += mixture.weight[m] * shared.trust[mixture.table[m]];
+    const double lit = reached ? *reached : weights::terminatorFade(inTables(source.towards).z());
+    return static_cast<float>(trust * lit * weights::smoothStep(0, 0.2, inTables(towardsView_).z()));
+  }
+
+  // Photographs that may correct the tables.
   std::vector<KrigedPair> litPairs(const QueryLight& source, std::optional<float> reached) const {
     float share = 0;
     std::vector<KrigedPair> pairs = krigedPairs(source, reached, share);
@@ -367,88 +421,49 @@ private:
     return pairs;
   }
 
-  // Adds the answer of the tables for a light; returns its share of the light's whole answer.
-  float addShared(const QueryLight& source, std::optional<float> reached) {
-    const reflectance::SharedReflectance& shared = *field_.shared;
-    const Rotation<reflectance::SurfelSpace, AcquisitionSpace> inFrame(
-        turnedFrame(reflectance::SurfelFrame(rotationOf<float>(field_.cloud.r0[surfel_])),
-                    shared.fibres[surfel_])
-            .cast<double>()
-            .matrix()
-            .transpose());
-    const auto view = inFrame(towardsView_.cast<double>()), light = inFrame(source.towards.cast<double>());
-    double trust = 0;
-    for (size_t m = 0; m < reflectance::kMixedTables; ++m)
-      trust += shared.mixtures[surfel_].weight[m] * shared.trust[shared.mixtures[surfel_].table[m]];
-    const double lit = reached ? *reached : weights::terminatorFade(light.z());
-    const auto share =
-        static_cast<float>(covered(source) * trust * lit * weights::smoothStep(0, 0.2, view.z()));
-    if (share <= 0) return 0;
-
+  // Adds a share m of a light's answer, by tables and the photographs that correct them.
+  void addTables(const QueryLight& source, std::optional<float> reached, float share) {
+    share *= covered(source);
     const weights::PairPlace asked = pairPlace(source.towards, towardsView_, 1, weights::kResidualScales);
     const std::vector<KrigedPair> pairs = litPairs(source, reached);
-    const size_t count = pairCount(field_, options_);
-    weights::NearestCandidates nearest(count);
-    for (uint32_t pair = 0; pair < pairs.size(); ++pair)
-      if (pairs[pair].confidence > 0)
-        nearest.offer({pair, weights::krigingPenalty(pairs[pair].place, asked) / pairs[pair].confidence});
-    const auto sorted = nearest.sorted();
-    const float threshold = sorted.size() > count ? sorted.back().penalty : weights::kInfinity;
-    const auto& rgb = shared.gains[surfel_];
-    const Eigen::Vector3d gain(rgb.r, rgb.g, rgb.b);
-    const auto scaleOf = [&](const Eigen::Vector3d& value, double cosine) { // s
-      return 0.05 * shared.white * std::max(cosine, 0.15) + gain.cwiseProduct(value).mean();
-    };
-    std::vector<weights::KrigingSample> samples;
-    std::vector<Eigen::Vector3d> predictions;
-    std::vector<double> scales;
-    for (const auto& [pair, p] : sorted.first(std::min(count, sorted.size()))) {
-      const auto& [i, column, j] = pairs[pair].pair;
-      const auto v = inFrame(towardsView(i).cast<double>()), l = inFrame(towardsLight(j).cast<double>());
-      predictions.push_back(predicted(v, l));
-      scales.push_back(scaleOf(predictions.back(), std::max(0.0, l.z())));
-      const double u = gain.cwiseProduct(predictions.back()).mean();
-      const auto slope = [](double cosine) { return std::clamp(cosine / 0.3, 1e-3, 1.0); };
-      const double distrust =
-          2 * u / (u + 0.3 * shared.white) + 0.1 * (1 / (slope(l.z()) * slope(v.z())) - 1);
-      const double away = 1 - weights::matern52(double{weights::squaredDistance(pairs[pair].place, asked)});
-      samples.push_back({pair, pairs[pair].place,
-                         weights::nuggetOf(threshold > 0 ? p / threshold : 0, pairs[pair].confidence) +
-                             static_cast<float>(away * distrust)});
+    std::vector<weights::KrigingSample> samples = samplesOf(pairs, asked);
+    std::vector<Predicted> predictions;
+    for (weights::KrigingSample& sample : samples) {
+      const auto& [i, column, j] = pairs[sample.index].pair;
+      predictions.push_back(predicted(inTables(towardsView(i)), inTables(towardsLight(j))));
+      const double near = weights::matern52(double{weights::squaredDistance(sample.place, asked)});
+      sample.nugget += static_cast<float>((1 - near) * distrust(predictions.back()));
     }
     const std::vector<double> w = simpleKrigingWeightsReference(samples, asked);
-    const Eigen::Vector3d own = predicted(view, light);
-    const double scale = scaleOf(own, std::max(0.0, light.z()));
-    const auto add = [&](size_t place, const Eigen::Vector3d& value) {
-      const Rgb& g = shared.gains[batch_.placeAt(place)];
-      Rgb& sum = plan.offsets[(place + 1) * plan.targetsPerPlace - batch_.lights + source.target];
-      sum = sum + share * g *
-                      (source.irradiance * Rgb{static_cast<float>(value[0]), static_cast<float>(value[1]),
-                                               static_cast<float>(value[2])});
+    const Predicted own = predicted(inTables(towardsView_), inTables(source.towards));
+    const auto targetAt = [&](size_t place) {
+      return (place + 1) * plan.targetsPerPlace - plan.tablesPerPlace + source.target;
     };
-    for (size_t place = placeBegin_; place < placeEnd_; ++place) add(place, own);
+    const auto add = [&](size_t place, const Eigen::Vector3d& value) {
+      const Rgb reflectance{static_cast<float>(value[0]), static_cast<float>(value[1]),
+                            static_cast<float>(value[2])};
+      Rgb& sum = plan.offsets[targetAt(place)];
+      sum = sum + share * field_.shared->gains[batch_.placeAt(place)] * (source.irradiance * reflectance);
+    };
+    for (size_t place = placeBegin_; place < placeEnd_; ++place) add(place, own.value);
     for (size_t k = 0; k < samples.size(); ++k) {
       const Pair& pair = pairs[samples[k].index].pair;
-      const double factor = std::min(scale / scales[k], double{reflectance::kMostScaled}) * w[k];
+      const double scaled = errorScale(own) / errorScale(predictions[k]),
+                   factor = std::min(scaled, double{reflectance::kMostScaled}) * w[k];
       if (factor == 0) continue;
       plan.rows.add(pair.column, (factor < 0 ? -share : share) * ratio(source, pair.light));
-      const size_t row = plan.rows.lights.size() - 1;
+      const auto row = static_cast<uint32_t>(plan.rows.lights.size() - 1);
       for (size_t place = placeBegin_; place < placeEnd_; ++place) {
-        add(place, -factor * predictions[k]);
         const auto pixel =
             field_.rig.views[pair.view].camera.project(field_.cloud.p0[batch_.placeAt(place)].cast<double>());
-        if (pixel &&
-            storesTexel(field_.files[pair.view], static_cast<float>(pixel->x), static_cast<float>(pixel->y)))
-          plan.ops.push_back(
-              {static_cast<uint32_t>((place + 1) * plan.targetsPerPlace - batch_.lights + source.target),
-               pair.view, static_cast<float>(pixel->x), static_cast<float>(pixel->y),
-               static_cast<float>(std::abs(factor)), static_cast<uint32_t>(row),
-               static_cast<uint32_t>(row + 1)});
-        else
-          add(place, factor * predictions[k]); // as if it agreed with the tables
+        const auto x = static_cast<float>(pixel ? pixel->x : 0), y = static_cast<float>(pixel ? pixel->y : 0);
+        if (!pixel || !storesTexel(field_.files[pair.view], x, y))
+          continue; // as if it agreed with the tables
+        add(place, -factor * predictions[k].value);
+        plan.ops.push_back({static_cast<uint32_t>(targetAt(place)), pair.view, x, y,
+                            static_cast<float>(std::abs(factor)), row, row + 1});
       }
     }
-    return share / covered(source);
   }
 
   // p_i; with pairs, p_i + 1 - cos theta_qj.
@@ -530,7 +545,7 @@ private:
   const weights::LightBlend how_;
   const weights::LightExtrapolationFade coverage_;
   std::vector<std::vector<Rgb>> nodes_; // of each table
-  bool isSeparate_ = false;             // beside tables
+  bool isProductBeside_ = false;        // cameras and lights apart where tables do not answer
   // State of the current query.
   uint32_t surfel_ = 0;
   Point3<AcquisitionSpace, double> p0_;

@@ -34,7 +34,7 @@ bool usesTables(const ReflectanceField& field, const ShadeOptions& options) {
 bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options) {
   const InterpolationChoice& choice = field.interpolation;
   const Interpolation otherwise = choice.kind == Interpolation::shared ? choice.otherwise : choice.kind;
-  return usesTables(field, options) && field.isFullProduct && otherwise == Interpolation::separate;
+  return usesTables(field, options) && otherwise == Interpolation::separate;
 }
 
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options) {

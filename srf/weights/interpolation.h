@@ -66,7 +66,7 @@ bool usesKriging(const ReflectanceField& field, const ShadeOptions& options);
 // True if tables answer directional and point lights.
 bool usesTables(const ReflectanceField& field, const ShadeOptions& options);
 
-// True if cameras and lights are weighted apart where tables do not answer.
+// True if the rest that tables leave is answered as by separate, not by kriging.
 bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if cameras and lights are weighted apart for directional and point lights.

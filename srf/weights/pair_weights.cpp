@@ -268,6 +268,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolation
                          const QueryBatch& batch, const ShadeOptions& options)
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       foreshortened_(lightBlend(field, options).foreshortened),
+      isKriged_(usesKriging(field, options) && !isSeparateBesideTables(field, options)),
       count_(options.nearest ? 1 : pairCount(field, options)), weightError_(options.weightError),
       pairs_(field), rig_(field), views_(field, batch, options), lightPenalties_(field.rig.lights.size()) {
   if (usesKriging(field, options)) kriging_.emplace(field, batch, options, pairs_, rig_);
@@ -284,7 +285,7 @@ BestView PairWeights::select(size_t lane) {
   rig_.moveTo(batch_.surfels[query_]);
   if (shared_) shared_->moveTo(batch_.surfels[query_]);
   if (!kriging_) return views_.computePenalties(query_);
-  if (!field_.isFullProduct && !batch_.environments.empty()) views_.computePenalties(query_);
+  if (!field_.isFullProduct && (!isKriged_ || !batch_.environments.empty())) views_.computePenalties(query_);
   return kriging_->select(lane);
 }
 
@@ -298,7 +299,7 @@ void PairWeights::setLight(size_t l) {
 
 PairWeights::Blend PairWeights::blend() {
   const LightExtrapolation extrapolation = batch_.extrapolationOf(light_);
-  if (!kriging_) return blendTowards(asked_.towards, extrapolation);
+  if (!isKriged_) return blendTowards(asked_.towards, extrapolation);
   Blend blend = finished(kriging_->blend(), lightPenalty_, extrapolation);
   if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked_);
   if (asked_.reached && !blend.weights.empty())

@@ -168,13 +168,15 @@ private:
   const LightExtrapolationFade& coverage_;
   const QueryBatch& batch_;
   const bool nearest_, foreshortened_;
-  const size_t count_; // number of pairs blended
+  const bool isKriged_; // blend() is by kriging; else by ULR
+  const size_t count_;  // number of pairs blended
   const float weightError_;
   const CapturedPairs pairs_;
   RigAtSurfel rig_;
   CameraWeights views_;
-  std::optional<KrigingWeights> kriging_; // if it answers directional and point lights
-  std::optional<SharedWeights> shared_;   // if tables answer with it
+  std::optional<KrigingWeights>
+      kriging_; // if it answers directional and point lights, or finds lit photographs
+  std::optional<SharedWeights> shared_; // if tables answer with it
   // State of the selected light.
   size_t light_ = 0;
   RequestedLight asked_;

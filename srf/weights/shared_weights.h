@@ -7,7 +7,7 @@
 // and colour of the correction; K answer without tables (InterpolationChoice::otherwise); m share of the
 // tables:
 //
-//   m = (sum of weight * trust over the mixture) * s * smoothStep(0, 0.2, c_v)
+//   m = (sum of weight * trust over the mixture) s smoothStep(0, 0.2, c_v)
 //
 // s shadow state of the request, c_v cosine of its viewer. Tables hold lit surfaces only, and are uncertain
 // at grazing angles. Trust is that of a table, so that a surfel follows its kind.

@@ -116,6 +116,29 @@ protected:
   std::mt19937 random{seed};
 };
 
+// Gives a model two random tables, and each surfel a random fibre, mixture, gain and share of them.
+inline void giveTables(model::Model& model, std::mt19937& random) {
+  std::uniform_real_distribution<float> any(0, 1);
+  reflectance::SharedReflectance shared{0.3f, {{{9, 9, 3, 3}}, {}}, {1, 0.75f}, {}, {}, {}};
+  for (size_t table = 0; table < 2; ++table) {
+    std::vector<Rgb> nodes;
+    for (size_t node = 0; node < shared.tables.grid.size(); ++node) {
+      const float r = any(random), g = any(random), b = any(random);
+      nodes.push_back({r, g, b});
+    }
+    shared.tables.add(nodes);
+  }
+  for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel) {
+    shared.fibres.push_back(Angle::fromDegrees(180 * any(random)));
+    const float weight = any(random);
+    shared.mixtures.push_back({{0, 1, 0}, {weight, 1 - weight, 0}});
+    const float r = any(random), g = any(random), b = any(random);
+    shared.gains.push_back({r + 0.5f, g + 0.5f, b + 0.5f});
+  }
+  model.shared = std::move(shared);
+  model.interpolation.kind = weights::Interpolation::shared;
+}
+
 // A glossy studio packed with tables, once per suite.
 class TableQueries : public ::testing::Test {
 protected:

@@ -5,6 +5,7 @@
 #include "tests/srf/shading/queries.h"
 #include "tests/support/random.h"
 
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -106,45 +107,72 @@ void addEnvironment(weights::QueryBatch& batch, std::span<const weights::Environ
     batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
 }
 
-class ShadeTables : public TableQueries {};
-
-// Random shadow states, and places that share the weights of a query.
-TEST_F(ShadeTables, EqualTheReference) {
-  ASSERT_TRUE(model.shared);
+// Compares shading by random tables with the reference: random shadow states, places that share the weights
+// of a query, an environment, and both ways to answer what tables leave.
+void expectTablesEqualTheReference(model::Model& model, std::mt19937& random, double bound = 3e-6) {
+  giveTables(model, random);
   for (const auto otherwise : {weights::Interpolation::separate, weights::Interpolation::kriging}) {
-    model.interpolation.kind = weights::Interpolation::shared;
     model.interpolation.otherwise = otherwise;
-    model.shared->trust.assign(model.shared->trust.size(), 0.75f);
     weights::QueryBatch batch = randomBatch(model, 300, 2, random);
     batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
-    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    EXPECT_LT(errorOfShading(model, batch, {}), bound);
     std::uniform_real_distribution<float> state(0, 1);
     for (size_t i = 0; i < batch.towardsLight.size(); ++i) batch.reached.push_back(state(random));
-    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    EXPECT_LT(errorOfShading(model, batch, {}), bound);
     for (uint32_t query = 0; query < batch.size(); ++query) {
       batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
-      for (size_t more = 0; more <= query % 3; ++more) // places near the surfel, if the cloud is in order
+      for (size_t more = 0; more <= query % 3; ++more)
         batch.places.push_back(static_cast<uint32_t>((batch.surfels[query] + more) % model.cloud.size()));
     }
     batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
-    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    EXPECT_LT(errorOfShading(model, batch, {}), bound);
     const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
     addEnvironment(batch, lights, random);
-    EXPECT_LT(errorOfShading(model, batch, {}), 1e-4);
+    EXPECT_LT(errorOfShading(model, batch, {}), bound);
   }
 }
 
+class ShadeTables : public ProductQueries {};
+TEST_F(ShadeTables, EqualTheReference) { expectTablesEqualTheReference(model, random); }
+
+TEST_F(ShadeTables, UnderColouredPointLightsEqualTheReference) {
+  for (size_t light = 0; light < model.rig.lights.size(); ++light) {
+    const auto place = assume<Point3<AcquisitionSpace, double>>(5 * randomUnit(random));
+    model.rig.lights[light].kind =
+        capture::PointLight{place, {static_cast<float>(25 + 25 * (light % 3)), 50, 12}};
+  }
+  expectTablesEqualTheReference(model, random, 2.5e-5); // by single precision, for irradiance up to 4
+}
+
+class ShadeTablesWithGaps : public PairQueries {};
+TEST_F(ShadeTablesWithGaps, EqualTheReference) { expectTablesEqualTheReference(model, random); }
+
+class ShadeTablesWithFewGaps : public NearPairQueries {};
+TEST_F(ShadeTablesWithFewGaps, EqualTheReference) { expectTablesEqualTheReference(model, random); }
+
+// Tables that pack has fitted to a glossy sphere.
+class ShadeFittedTables : public TableQueries {
+protected:
+  ShadeFittedTables() {
+    shared.interpolation = weights::Interpolation::shared;
+    model.shared->trust.assign(model.shared->trust.size(), 1.f);
+  }
+  std::vector<Rgb> shaded(const weights::QueryBatch& batch) {
+    return shade(model, batch, shared, cache, stats).radiance;
+  }
+
+  weights::ShadeOptions shared;
+  codec::BlockCache cache{model.files, size_t{1} << 28};
+  ShadingStats stats;
+};
+
 // Epipole consistency: the pixel of the photograph itself.
-TEST_F(ShadeTables, GiveBackThePhotographOfACapturedRay) {
+TEST_F(ShadeFittedTables, GiveBackThePhotographOfACapturedRay) {
   auto [batch, photographs] = capturedRays(model, random);
   for (uint32_t query = 0; query < batch.size(); ++query)
     batch.reached.push_back(weights::VisibilityWeights::decode(
         model.lightVisibility->of(batch.surfels[query])[photographs[query].second]));
-  codec::BlockCache cache(model.files, size_t{1} << 28);
-  ShadingStats stats;
-  weights::ShadeOptions options;
-  options.interpolation = weights::Interpolation::shared;
-  const std::vector<Rgb> got = shade(model, batch, options, cache, stats).radiance;
+  const std::vector<Rgb> got = shaded(batch);
   ShadingPlan plan;
   plan.places = batch.size();
   for (uint32_t column = 0; column < model.rig.lights.size(); ++column) plan.rows.add(column, {1, 1, 1});
@@ -156,8 +184,67 @@ TEST_F(ShadeTables, GiveBackThePhotographOfACapturedRay) {
         {query, view, static_cast<float>(pixel.x), static_cast<float>(pixel.y), 1, column, column + 1});
   }
   const std::vector<Rgb> wanted = shade(plan, cache, stats);
-  for (size_t query = 0; query < batch.size(); ++query)
-    EXPECT_NEAR(got[query].g, wanted[query].g, 2e-3 * (model.white + wanted[query].g));
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const auto tolerance = static_cast<float>(2e-3 * (model.white + wanted[query].g));
+    EXPECT_NEAR(got[query].r, wanted[query].r, tolerance);
+    EXPECT_NEAR(got[query].g, wanted[query].g, tolerance);
+    EXPECT_NEAR(got[query].b, wanted[query].b, tolerance);
+  }
+}
+
+// The largest step along 1,000 paths of viewer, light and shadow state halves with the steps, but for what
+// the noise of rounding leaves.
+TEST_F(ShadeFittedTables, AnswerContinuously) {
+  constexpr uint32_t kPaths = 1000;
+  const weights::QueryBatch ends = randomBatch(model, 2 * kPaths, 1, random);
+  const auto between = [](const auto& a, const auto& b, float t) {
+    const Vec3<float> mixed = (1 - t) * a.raw() + t * b.raw() + 0.01f * a.raw().unitOrthogonal();
+    return assume<Direction3<AcquisitionSpace>>(mixed.normalized());
+  };
+  const auto largestSteps = [&](uint32_t steps) {
+    weights::QueryBatch batch;
+    batch.lights = 1;
+    for (uint32_t path = 0; path < kPaths; ++path)
+      for (uint32_t step = 0; step <= steps; ++step) {
+        const float t = 0.1f * static_cast<float>(step) / static_cast<float>(steps); // a tenth of the way
+        batch.surfels.push_back(ends.surfels[path]);
+        batch.towardsView.push_back(between(ends.towardsView[path], ends.towardsView[path + kPaths], t));
+        batch.towardsLight.push_back(between(ends.towardsLight[path], ends.towardsLight[path + kPaths], t));
+        batch.irradiance.push_back({1, 1, 1});
+        batch.reached.push_back(0.4f + 4 * t);
+      }
+    const std::vector<Rgb> radiance = shaded(batch);
+    std::vector<double> largest(kPaths, 0);
+    for (size_t path = 0; path < kPaths; ++path)
+      for (size_t step = 0; step < steps; ++step) {
+        const size_t i = path * (steps + 1) + step;
+        largest[path] = std::max(largest[path], std::abs(double{radiance[i + 1].g} - radiance[i].g));
+      }
+    return largest;
+  };
+  const std::vector<double> coarse = largestSteps(32), fine = largestSteps(128);
+  for (size_t path = 0; path < kPaths; ++path) EXPECT_LT(fine[path], 0.6 * coarse[path] + 1e-3 * model.white);
+}
+
+// Nothing sparkles: no answer is more than twice as bright as the brightest photograph of the object.
+TEST_F(ShadeFittedTables, AreNotBrighterThanPhotographs) {
+  const auto [captured, photographs] = capturedRays(model, random);
+  const auto brightest = [&](const weights::QueryBatch& batch) {
+    float most = 0;
+    const std::vector<Rgb> radiance = shaded(batch);
+    for (size_t query = 0; query < batch.size(); ++query)
+      most = std::max(most, radiance[query].g / batch.irradiance[query].g);
+    return most;
+  };
+  EXPECT_LT(brightest(randomBatch(model, 30000, 1, random)), 2 * brightest(captured));
+}
+
+TEST_F(ShadeFittedTables, HaveTheSameBitsForAnyNumberOfThreads) {
+  const weights::QueryBatch batch = randomBatch(model, 3000, 2, random);
+  const std::vector<Rgb> many = shaded(batch);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  codec::BlockCache small(model.files, 0);
+  EXPECT_EQ(shade(model, batch, shared, small, stats).radiance, many);
 }
 
 // ULR weights are steep next to a captured camera or light, where rounded directions show.

@@ -107,7 +107,7 @@ TEST_F(SharedWeight, APhotographThatIsMetAnswersAlone) {
 TEST_F(SharedWeight, FarFromAllPhotographsTheTablesAnswerAlone) {
   const auto view = assume<Direction3<AcquisitionSpace>>(Vec3<float>(0.6f, 0, 0.8f));
   const auto light = assume<Direction3<AcquisitionSpace>>(Vec3<float>(0.8f, 0, 0.6f));
-  const Direction3<AcquisitionSpace> other = assume<Direction3<AcquisitionSpace>>(Vec3<float>(-1, 0, 0));
+  const auto other = assume<Direction3<AcquisitionSpace>>(Vec3<float>(-0.8f, 0, 0.6f)); // not grazing
   const std::vector<LitPhotograph> photographs{
       {{0, pairPlace(other, other, 1, kResidualScales), nuggetOf(0.1f, 1)}, other, other}};
   EXPECT_LT(std::abs(weights().blend(view, light, photographs).photographs[0].weight), 1e-3);
