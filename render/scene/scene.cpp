@@ -21,7 +21,7 @@ std::vector<Environment> readEnvironments(const Script& script, const Progress& 
     const auto map = std::make_shared<const weights::EnvironmentMap>(
         weights::readEnvironment(light->image, light->mapping, progress));
     static_assert(sizeof(weights::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
-    const uint64_t hash = contentHash(std::as_bytes(std::span(map->texels)));
+    const uint64_t hash = contentHash(std::as_bytes(std::span(map->lights)));
     environments.push_back({light->image, map, hash, watch.seconds()});
   }
   return environments;

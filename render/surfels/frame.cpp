@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
+#include <numbers>
 
 namespace surflect::surfels {
 
@@ -57,6 +59,21 @@ void addDirections(const weights::QueryBatch& batch, std::vector<Direction3<Acqu
                       batch.towardsView[query]);
 }
 
+// The deformed surfels `drawn` of a field, all if empty, with the tangents of an option; none for polar ones.
+DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
+                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn) {
+  if (tangents == Tangents::polar) return {};
+  if (tangents == Tangents::bisector) return withBisectorFrames(deformed);
+  assert(field.shared);
+  const double right = tangents == Tangents::across ? std::numbers::pi / 2 : 0;
+  std::vector<Angle> lines;
+  for (uint32_t i = 0; i < deformed.size(); ++i) {
+    const Angle fibre = field.shared->fibres[drawn.empty() ? i : drawn[i]];
+    lines.push_back(Angle::fromRadians(fibre.radians() + right));
+  }
+  return withCarriedLines(deformed, lines);
+}
+
 } // namespace
 
 FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
@@ -97,9 +114,9 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   countSplats(raster, stats);
   clock.finish("splat");
 
-  const DeformedCloud bisected =
-      options.tangents == Tangents::bisector ? withBisectorFrames(deformed) : DeformedCloud{};
-  const DeformedCloud& tangents = options.tangents == Tangents::bisector ? bisected : deformed;
+  const DeformedCloud ofOptions =
+      withTangents(options.tangents, deformed, field, isCut ? std::span(cut.surfels) : std::span<uint32_t>{});
+  const DeformedCloud& tangents = options.tangents == Tangents::polar ? deformed : ofOptions;
   const std::span<const uint32_t> visible = raster.visible;
   const bool sharesWeights = options.surfelsPerPatch > 1;
   const PatchQueries queries =

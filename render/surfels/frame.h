@@ -51,8 +51,10 @@ struct FrameStats {
 
 // Orthonormal tangents (u-bar, v-bar) of a warped surfel, which L is made of.
 enum class Tangents {
-  polar,   // nearest to (u, v): polarFrame
-  bisector // [Weyrich 2005, Eqs. 8 and 9]: bisectorFrame
+  polar,    // nearest to (u, v): polarFrame
+  bisector, // [Weyrich 2005, Eqs. 8 and 9]: bisectorFrame
+  along,    // the warp carries grooves that run along the fibres of the model's tables: withCarriedLines
+  across    // the same across the fibres
 };
 
 struct FrameOptions {

@@ -10,10 +10,10 @@ PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, doubl
                                        const weights::ShadeOptions& options, const Progress& progress) {
   const double spacing = std::min(1.0, weights::lightSpacing(field));
   std::vector<weights::EnvironmentLight> texels; // a large map takes a while to copy
-  texels.reserve(map.texels.size());
-  for (size_t i = 0; i < map.texels.size(); ++i) {
+  texels.reserve(map.lights.size());
+  for (size_t i = 0; i < map.lights.size(); ++i) {
     progress.checkNowAndThen(i);
-    texels.push_back(map.texels[i]);
+    texels.push_back(map.lights[i]);
   }
   PreparedEnvironment prepared{
       weights::clusteredLights(std::move(texels), 0.9 * error * spacing * spacing, progress),

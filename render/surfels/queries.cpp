@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cassert>
+#include <cmath>
 
 namespace surflect::surfels {
 
@@ -83,6 +84,24 @@ DeformedCloud withBisectorFrames(DeformedCloud deformed) {
     if (!frame) return; // a dead surfel
     u = assume<Direction3<ObjectSpace>>(Vec3<float>(frame->u.cast<float>()));
     v = assume<Direction3<ObjectSpace>>(Vec3<float>(frame->v.cast<float>()));
+  });
+  return deformed;
+}
+
+DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines) {
+  assert(lines.size() == deformed.size());
+  tbb::parallel_for(size_t{0}, deformed.size(), [&](size_t surfel) {
+    Direction3<ObjectSpace>&u = deformed.u[surfel], &v = deformed.v[surfel];
+    const Vec3<double> ju = u.raw().cast<double>(), jv = v.raw().cast<double>();
+    const auto frame = polarFrame<double>(ju, jv);
+    if (!frame) return; // a dead surfel
+    const double angle = lines[surfel].radians();
+    const Vec3<double> line = std::cos(angle) * ju + std::sin(angle) * jv;
+    const double turn = std::atan2(line.dot(frame->v), line.dot(frame->u)) - angle;
+    const Vec3<double> turnedU = std::cos(turn) * frame->u + std::sin(turn) * frame->v;
+    const Vec3<double> turnedV = std::cos(turn) * frame->v - std::sin(turn) * frame->u;
+    u = assume<Direction3<ObjectSpace>>(Vec3<float>(turnedU.cast<float>()));
+    v = assume<Direction3<ObjectSpace>>(Vec3<float>(turnedV.cast<float>()));
   });
   return deformed;
 }

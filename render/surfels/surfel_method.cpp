@@ -5,6 +5,7 @@
 #include "srf/model/manifest.h"
 #include "srf/weights/interpolation.h"
 #include "srf/weights/ulr.h"
+#include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/time.h"
 #include "surfel/math/simd.h"
@@ -76,9 +77,10 @@ const method::Rows<SurfelOptions>& rows() {
            .needs = kriging}),
       row<SurfelOptions>(
           "tangents", [](auto& o) -> auto& { return o.frame.tangents; },
-          {.domain = words({"polar", "bisector"}),
+          {.domain = words({"polar", "bisector", "along", "across"}),
            .paper = "bisector",
-           .help = "orthonormal tangents of a warped surfel: polar factor, or Eq. 8 of Weyrich 2005"}),
+           .help = "orthonormal tangents of a warped surfel: polar factor, or Eq. 8 of Weyrich 2005; with "
+                   "tables, such that the warp carries grooves along or across the fibres"}),
       row<SurfelOptions>(
           "low_pass", [](auto& o) -> auto& { return o.frame.splats.lowPass; },
           {.domain = method::Range{0, 10}, .help = "least standard deviation of a splat, pixels"}),
@@ -217,6 +219,15 @@ method::FrameReport reportOf(const FrameStats& stats, const FrameOptions& option
   return report;
 }
 
+// Throws Error if tangents need fibres, and the model has no tables.
+void requireFibres(const model::Model& model, Tangents tangents) {
+  if (model.shared || (tangents != Tangents::along && tangents != Tangents::across)) return;
+  throw Error::mismatch("polar or bisector, as the model has no tables",
+                        tangents == Tangents::along ? "along" : "across")
+      .at("tangents")
+      .in(model.folder);
+}
+
 } // namespace
 
 model::PackOptions packOptions(const Setting& setting) {
@@ -240,6 +251,7 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const 
 
 void SurfelRenderer::configure(const Setting& setting) {
   options_ = frameOptions(setting);
+  requireFibres(*model_, options_.tangents);
   description_.identity =
       fmt::format("model {} {} simd {}", hex(model_->identity),
                   method::textOf(method::withoutDefaults(rowsOf(*model_, options_.shade), setting)),

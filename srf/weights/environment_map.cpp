@@ -42,9 +42,8 @@ std::optional<Direction3<EnvironmentSpace, double>> directionIn(EnvironmentMappi
   return std::nullopt;
 }
 
-// Solid angles of the texels of a disk, up to a constant factor; 0 outside.
+// Solid angles of the texels of a disk, up to a constant factor.
 double diskDensity(EnvironmentMapping mapping, double u, double v) {
-  if (!directionIn(mapping, u, v)) return 0;
   return mapping == EnvironmentMapping::angular ? angularDensity(u, v) : 1;
 }
 
@@ -120,12 +119,21 @@ std::optional<Direction3<EnvironmentSpace, double>> mirrorBallDirection(double u
 
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress) {
-  const auto densitySum = [&] { // of a disk's texels, whose solid angles are scaled to 4 pi
+  const auto count = static_cast<double>(radiance.values.size()) / radiance.channels;
+  const int parts = static_cast<int>(std::ceil(std::sqrt(kLeastLights / count))); // along a texel's side
+  const int width = radiance.width * parts, height = radiance.height * parts;
+  // Direction of a part. Empty outside of a disk, to which a texel belongs by its middle.
+  const auto directionOf = [&](int x, int y) {
+    const auto middle =
+        directionIn(mapping, (x / parts + 0.5) / radiance.width, (y / parts + 0.5) / radiance.height);
+    return middle ? directionIn(mapping, (x + 0.5) / width, (y + 0.5) / height) : std::nullopt;
+  };
+  const auto densitySum = [&] { // of the parts in a disk, whose solid angles are scaled to 4 pi
     double sum = 0;
-    for (int y = 0; y < radiance.height; ++y) {
+    for (int y = 0; y < height; ++y) {
       progress.checkpoint();
-      for (int x = 0; x < radiance.width; ++x)
-        sum += diskDensity(mapping, (x + 0.5) / radiance.width, (y + 0.5) / radiance.height);
+      for (int x = 0; x < width; ++x)
+        if (directionOf(x, y)) sum += diskDensity(mapping, (x + 0.5) / width, (y + 0.5) / height);
     }
     return sum;
   };
@@ -133,34 +141,35 @@ EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping ma
   const double scale = isDisk ? 4 * kPi / densitySum() : 1;
 
   EnvironmentMap map;
-  for (int y = 0; y < radiance.height; ++y) {
+  std::vector<bool> isReplaced(static_cast<size_t>(count)), isClamped(isReplaced.size());
+  for (int y = 0; y < height; ++y) {
     progress.checkpoint();
-    for (int x = 0; x < radiance.width; ++x) {
-      const double u = (x + 0.5) / radiance.width, v = (y + 0.5) / radiance.height;
-      const auto towards = directionIn(mapping, u, v);
+    for (int x = 0; x < width; ++x) {
+      const auto towards = directionOf(x, y);
       if (!towards) continue;
-      const double solidAngle =
-          isDisk ? scale * diskDensity(mapping, u, v) : latLongSolidAngle(y, radiance.width, radiance.height);
-      const auto samples = radiance.at(x, y);
-      bool replaced = false, clamped = false;
+      const double solidAngle = isDisk ? scale * diskDensity(mapping, (x + 0.5) / width, (y + 0.5) / height)
+                                       : latLongSolidAngle(y, width, height);
+      const auto samples = radiance.at(x / parts, y / parts);
+      const auto texel = static_cast<size_t>(y / parts) * static_cast<size_t>(radiance.width) +
+                         static_cast<size_t>(x / parts);
       const auto irradiance = [&](size_t channel) {
         float sample = samples[radiance.channels >= 3 ? channel : 0];
         if (!(sample >= 0)) {
-          replaced = true;
+          isReplaced[texel] = true;
           return 0.f;
         }
         if (std::isinf(sample)) {
-          clamped = true;
+          isClamped[texel] = true;
           sample = kLargestHalf;
         }
         return static_cast<float>(solidAngle * sample);
       };
       const Rgb light{irradiance(0), irradiance(1), irradiance(2)};
-      map.replaced += replaced;
-      map.clamped += clamped;
-      if (light != Rgb{}) map.texels.push_back({towards->cast<float>(), light});
+      if (light != Rgb{}) map.lights.push_back({towards->cast<float>(), light});
     }
   }
+  map.replaced = static_cast<size_t>(std::ranges::count(isReplaced, true));
+  map.clamped = static_cast<size_t>(std::ranges::count(isClamped, true));
   return map;
 }
 
@@ -203,7 +212,7 @@ EnvironmentMap readEnvironment(const std::filesystem::path& path, std::optional<
                           std::to_string(picture.bits) + "-bit samples")
         .in(path);
   EnvironmentMap map = environmentOf(linearRec709(std::move(picture), path), *mapping, progress);
-  const Rgb total = totalIrradiance(map.texels);
+  const Rgb total = totalIrradiance(map.lights);
   if (!(std::isfinite(total.r) && std::isfinite(total.g) && std::isfinite(total.b)))
     throw Error::mismatch("light whose sum is within float", "more").in(path);
   return map;

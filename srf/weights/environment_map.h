@@ -42,7 +42,7 @@ std::optional<Direction3<EnvironmentSpace, double>> angularDirection(double u, d
 // there, so that the middle shows z. Empty outside the ball. Equal areas show equal solid angles.
 std::optional<Direction3<EnvironmentSpace, double>> mirrorBallDirection(double u, double v);
 
-// Directional light of one texel, or of several merged ones.
+// Directional light of a texel or a part of it, or of several merged ones.
 struct EnvironmentLight {
   Direction3<EnvironmentSpace> towards; // unit
   Rgb irradiance;   // irradiance of a surface facing the light: the integral of radiance over solid angle
@@ -52,7 +52,7 @@ struct EnvironmentLight {
 };
 
 struct EnvironmentMap {
-  std::vector<EnvironmentLight> texels; // nonzero texels; the solid angles of an image sum to 4 pi
+  std::vector<EnvironmentLight> lights; // of nonzero texels or their parts; solid angles sum to 4 pi
   size_t replaced = 0;                  // texels with negative or NaN samples, which count as 0
   size_t clamped = 0;                   // texels with infinite samples, which count as kLargestHalf
 };
@@ -61,7 +61,9 @@ struct EnvironmentMap {
 // binary16]
 inline constexpr float kLargestHalf = 65504;
 
-// Lights of a map of grey or RGB radiance; alpha is ignored. Throws Cancelled.
+// Lights of a map of grey or RGB radiance; alpha is ignored. The texels of a small map are divided into
+// parts of the same radiance, at least kLeastLights in all: a few texels are no lamps. Throws Cancelled.
+inline constexpr double kLeastLights = 128 * 64;
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress = {});
 

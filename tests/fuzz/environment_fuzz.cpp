@@ -29,7 +29,7 @@ void surflect::fuzz_environment(std::string_view input) {
               : input[0] & 4 ? weights::EnvironmentMapping::angular
                              : weights::EnvironmentMapping::latLong;
   const weights::EnvironmentMap map = weights::readEnvironment(path, mapping);
-  for (const weights::EnvironmentLight& light : map.texels) requireLight(light);
-  for (const weights::EnvironmentLight& light : weights::clusteredLights(map.texels, 0.01))
+  for (const weights::EnvironmentLight& light : map.lights) requireLight(light);
+  for (const weights::EnvironmentLight& light : weights::clusteredLights(map.lights, 0.01))
     requireLight(light);
 }

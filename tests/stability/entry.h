@@ -48,6 +48,7 @@ Group splatGroup();
 Group environmentGroup();
 Group lightFieldGroup();
 Group extrapolationGroup();
+Group sharedGroup();
 
 inline constexpr double kNoAnswer = std::numeric_limits<double>::quiet_NaN();
 

@@ -33,7 +33,7 @@ Measured irradianceErrors(const image::Image& map, const Vec3<double>& normal, d
       const double cosine = d.raw().dot(normal);
       if (cosine > 0) naive += share * double{map.at(x, y)[0]} * cosine;
     }
-  auto lights = weights::environmentOf(map, EnvironmentMapping::latLong).texels;
+  auto lights = weights::environmentOf(map, EnvironmentMapping::latLong).lights;
   for (const auto& light : weights::clusteredLights(std::move(lights), 1e-3))
     ours += double{light.irradiance.r} * std::max(0.0, light.towards.raw().cast<double>().dot(normal));
   return {std::abs(naive / truth - 1), std::abs(ours / truth - 1)};
@@ -45,7 +45,7 @@ Measured wrongLights(float sample) {
   std::ranges::copy(std::array{sample, sample, sample}, map.at(20, 10).begin());
   Measured count;
   for (const float value : map.values) count.naive += !(value >= 0 && std::isfinite(value));
-  for (const auto& light : weights::environmentOf(map, EnvironmentMapping::latLong).texels)
+  for (const auto& light : weights::environmentOf(map, EnvironmentMapping::latLong).lights)
     for (const float value : {light.irradiance.r, light.irradiance.g, light.irradiance.b})
       count.ours += !(value >= 0 && std::isfinite(value));
   return count;

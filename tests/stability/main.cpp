@@ -32,8 +32,8 @@ std::string numberText(double value) {
 }
 
 std::vector<Group> groups() {
-  return {lookUpGroup(), ulrGroup(),         krigingGroup(),    lightGroup(),        codecGroup(),
-          splatGroup(),  environmentGroup(), lightFieldGroup(), extrapolationGroup()};
+  return {lookUpGroup(), ulrGroup(),         krigingGroup(),    lightGroup(),         codecGroup(),
+          splatGroup(),  environmentGroup(), lightFieldGroup(), extrapolationGroup(), sharedGroup()};
 }
 
 void draw(const std::filesystem::path& folder) {

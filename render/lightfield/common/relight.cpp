@@ -83,7 +83,7 @@ std::vector<Rgb>
 irradianceByNearestLight(std::span<const Towards> lights, const weights::EnvironmentMap& environment,
                          const Rotation<AcquisitionSpace, EnvironmentSpace>& acquisitionFromEnvironment,
                          const Progress& progress) {
-  const std::vector<weights::EnvironmentLight>& texels = environment.texels;
+  const std::vector<weights::EnvironmentLight>& texels = environment.lights;
   std::vector<uint32_t> nearest(texels.size());
   const Mat3<double> rotation = acquisitionFromEnvironment.matrix();
   tbb::parallel_for(size_t{0}, texels.size(), [&](size_t i) {

@@ -95,12 +95,12 @@ protected:
 // the middle of the map (-z of the picture) is rotated by the shortest arc from y to z onto +y.
 TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
   struct Case {
-    int x, y;                 // pixel of 64 x 32; directions are off the axes by half a texel
+    int x, y;                 // pixel of 128 x 64; directions are off the axes by half a texel
     const char* placement;    // in the script
     Vec3<double> environment; // direction of the texel's middle
     Mat3<double> objectFromEnvironment;
   };
-  const double longitude = 2 * std::numbers::pi * 0.5 / 64, polar = std::numbers::pi * 0.5 / 32;
+  const double longitude = 2 * std::numbers::pi * 0.5 / 128, polar = std::numbers::pi * 0.5 / 64;
   // Slightly right of -z and below the horizon; slightly right of +x and below; near the zenith.
   const Vec3<double> front(std::cos(polar) * std::sin(longitude), -std::sin(polar),
                            -std::cos(polar) * std::cos(longitude)),
@@ -111,18 +111,18 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
   zUp << 1, 0, 0, 0, 0, -1, 0, 1, 0;    // y -> z, -z -> y
   aboutY << 0, 0, 1, 0, 1, 0, -1, 0, 0; // 90 degrees, counter-clockwise from above: -z -> -x
   const Mat3<double> zUpTurned = zUp * aboutY;
-  const Case cases[] = {{32, 16, "", front, same},
-                        {48, 16, "", right, same},
-                        {32, 0, "", top, same},
-                        {32, 16, "up = [0, 0, 2]", front, zUp},
-                        {48, 16, "up = [0, 0, 1]", right, zUp},
-                        {32, 0, "up = [0, 0, 1]", top, zUp},
-                        {32, 16, "rotate_deg = 90", front, aboutY},
-                        {48, 16, "rotate_deg = \"45*frame\"", right, aboutY},
-                        {32, 16, "up = [0, 0, 1]\nrotate_deg = 90", front, zUpTurned}};
+  const Case cases[] = {{64, 32, "", front, same},
+                        {96, 32, "", right, same},
+                        {64, 0, "", top, same},
+                        {64, 32, "up = [0, 0, 2]", front, zUp},
+                        {96, 32, "up = [0, 0, 1]", right, zUp},
+                        {64, 0, "up = [0, 0, 1]", top, zUp},
+                        {64, 32, "rotate_deg = 90", front, aboutY},
+                        {96, 32, "rotate_deg = \"45*frame\"", right, aboutY},
+                        {64, 32, "up = [0, 0, 1]\nrotate_deg = 90", front, zUpTurned}};
   image::TemporaryFolder folder;
   for (const Case& one : cases) {
-    image::Image texel(64, 32, 3);
+    image::Image texel(128, 64, 3);
     std::ranges::copy(std::array{300.f, 200.f, 100.f}, texel.at(one.x, one.y).begin());
     image::writeExr(folder / "texel.exr", texel, image::Precision::single);
     const scene::Script script =
@@ -134,8 +134,8 @@ TEST_F(EnvironmentOfSphere, OneBrightTexelIsADirectionalLightFromThere) {
     ASSERT_EQ(environments.size(), 1u);
     const auto lights = scene::lightsAt(script, scene::shotTime(script, 2), environments);
     const auto solidAngle = static_cast<float>(
-        2 * std::numbers::pi / 64 *
-        (std::cos(std::numbers::pi * one.y / 32) - std::cos(std::numbers::pi * (one.y + 1) / 32)));
+        2 * std::numbers::pi / 128 *
+        (std::cos(std::numbers::pi * one.y / 64) - std::cos(std::numbers::pi * (one.y + 1) / 64)));
     const Vec3<double> towards = one.objectFromEnvironment * one.environment;
     const std::vector<ShotLight> lamp{ShotDirectionalLight{assume<Direction3<ObjectSpace, double>>(towards),
                                                            solidAngle * Rgb{300, 400, 200}}};
@@ -170,7 +170,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
     towardsCaptured.push_back(covering.back().cast<float>());
   }
   const weights::LightExtrapolationFade coverage(covering);
-  for (const auto& texel : map->texels) {
+  for (const auto& texel : map->lights) {
     const auto towards = assume<Direction3<AcquisitionSpace>>(texel.towards.raw());
     for (const auto& [light, weight] :
          weights::blendOfLights(towardsCaptured, towards, weights::lightBlend(model(), plain.shade), coverage,
@@ -210,7 +210,7 @@ TEST_F(EnvironmentOfSphere, WithoutAWarpItIsRelightingByTheMapFilteredOnce) {
 // Compares with a light for each texel of the map, without a table, under a warp.
 TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(70), {0, 0, 0});
-  const PreparedEnvironment exact{map->texels, weights::LightExtrapolation::fade, std::nullopt, {}};
+  const PreparedEnvironment exact{map->lights, weights::LightExtrapolation::fade, std::nullopt, {}};
   const PreparedEnvironment* const environments[] = {&exact};
   const auto deformed = warp::deform(model().cloud, *warp);
   const splat::SplatRaster raster = look(camera, model().cloud, deformed);
@@ -224,7 +224,7 @@ TEST_F(EnvironmentOfSphere, ItsErrorIsWhatItWasAskedFor) {
   const float brightest = *std::ranges::max_element(truth.values);
   for (const double error : {0.1, 0.01}) {
     const auto prepared = prepareEnvironment(*map, error, weights::LightExtrapolation::fade, model(), {});
-    EXPECT_LT(prepared.lights.size(), map->texels.size() / 5);
+    EXPECT_LT(prepared.lights.size(), map->lights.size() / 5);
     const image::Image film =
         filmOf(model(), *warp, camera, lightOf(map, Mat3<double>::Identity(), error)).color;
     EXPECT_LT(rootMeanSquare(film, truth) / brightest, error / 10);
@@ -270,7 +270,7 @@ TEST(PrepareEnvironment, WeightsErrByLessThanWasAskedFor) {
       std::vector<std::vector<double>> exact;
       for (int trial = 0; trial < 3; ++trial) {
         turns.push_back(studio::randomMotion(random).rigid().rotation().cast<float>());
-        exact.push_back(weightsOf(map->texels, turns.back()));
+        exact.push_back(weightsOf(map->lights, turns.back()));
       }
       for (const double error : {0.1, 0.03, 0.01}) {
         const auto prepared = prepareEnvironment(*map, error, weights::LightExtrapolation::clamp, model, {});

@@ -159,5 +159,26 @@ TEST(QueryKernel, AViewerOnASurfelIsSeenInSomeDirection) {
   }
 }
 
+// A line that L J takes where it was at rest: a groove that the warp carries along.
+TEST(CarriedLines, KeepTheirAngleToTheTangents) {
+  Rng random(8);
+  const Scene scene = randomScene(500, random);
+  std::vector<Angle> lines;
+  for (size_t i = 0; i < scene.deformed.size(); ++i)
+    lines.push_back(Angle::fromRadians(uniform(random, -4, 4)));
+  const DeformedCloud carried = withCarriedLines(scene.deformed, lines);
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const double angle = lines[i].radians();
+    const Vec3<double> line = std::cos(angle) * scene.deformed.u[i].raw().cast<double>() +
+                              std::sin(angle) * scene.deformed.v[i].raw().cast<double>();
+    const Vec3<double> u = carried.u[i].raw().cast<double>(), v = carried.v[i].raw().cast<double>();
+    EXPECT_NEAR(u.norm(), 1, 1e-6);
+    EXPECT_NEAR(v.norm(), 1, 1e-6);
+    EXPECT_NEAR(u.dot(v), 0, 1e-6);
+    EXPECT_NEAR(line.normalized().dot(u), std::cos(angle), 1e-6);
+    EXPECT_NEAR(line.normalized().dot(v), std::sin(angle), 1e-6);
+  }
+}
+
 } // namespace
 } // namespace surflect::surfels

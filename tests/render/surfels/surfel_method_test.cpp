@@ -5,6 +5,9 @@
 #include "surfel/base/error.h"
 #include "tests/render/films.h"
 #include "tests/srf/image/files.h"
+#include "tests/srf/shading/queries.h"
+
+#include <fmt/format.h>
 
 #include <map>
 #include <ranges>
@@ -180,6 +183,34 @@ TEST_F(Opened, TangentsByTheBisectorDifferFromThePolarOnesWhereAWarpShears) {
   };
   EXPECT_LE(difference(*noWarp()), 1e-6);
   EXPECT_GT(difference(*warp::twistWarp({0, 1, 0}, Angle::fromDegrees(60), {0, 0, 0})), 1e-3);
+}
+
+TEST_F(Opened, FibresThatItDoesNotHaveAreRefused) {
+  for (const char* tangents : {"along", "across"})
+    EXPECT_NE(image::errorOf([&] {
+                method::openRenderer(model().folder, {{"tangents", tangents}});
+              }).find(fmt::format("tangents: found {}, expected polar or bisector", tangents)),
+              std::string::npos);
+}
+
+// Fibres that a warp carries along differ from those across them, and from those that turn as the surfel.
+TEST(Tangents, OfTablesFollowTheWarp) {
+  std::mt19937 random(5);
+  const studio::PackedStudio packed(studio::Studio{.gloss = 1}, 600);
+  auto model = std::make_shared<model::Model>(model::openModel(packed.folder / "model"));
+  studio::giveTables(*model, random);
+  const auto camera = studio::cameraFrom<ObjectSpace>({1, 1, 1}, 60);
+  const std::vector<scene::ShotLight> lights{scene::ShotPointLight{{2, 1, 2}, {9, 8, 7}}};
+  const auto film = [&](const warp::Warp& warp, const char* tangents) {
+    return SurfelRenderer(model, {{"tangents", tangents}}).render({warp, camera, lights}, {}).color;
+  };
+  const auto twist = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(60), {0, 0, 0});
+  for (const char* tangents : {"along", "across"}) {
+    EXPECT_LE(studio::largestDifference(film(*noWarp(), "polar"), film(*noWarp(), tangents)), 1e-5)
+        << tangents;
+    EXPECT_GT(studio::largestDifference(film(*twist, "polar"), film(*twist, tangents)), 1e-2) << tangents;
+  }
+  EXPECT_GT(studio::largestDifference(film(*twist, "along"), film(*twist, "across")), 1e-2);
 }
 
 TEST_F(Opened, EveryPresetShowsTheObject) {

@@ -1,6 +1,7 @@
 #include "srf/shading/shade.h"
 
 #include "srf/capture/photograph.h"
+#include "srf/model/shared_surface.h"
 #include "srf/shading/reference.h"
 #include "tests/srf/shading/queries.h"
 #include "tests/support/random.h"
@@ -245,6 +246,43 @@ TEST_F(ShadeFittedTables, HaveTheSameBitsForAnyNumberOfThreads) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   codec::BlockCache small(model.files, 0);
   EXPECT_EQ(shade(model, batch, shared, small, stats).radiance, many);
+}
+
+// Under white light from all around, a matte surface is as bright as its albedo. Towards views along the
+// surface, smoothing shows: a mean of 0.975 at a cosine of 0.4.
+TEST(ShadeFurnace, TablesOfAMatteSurfaceKeepItsAlbedo) {
+  constexpr float kFacing = 0.6f;
+  const Studio studio{.cameras = 20, .lights = 12};
+  const PackedStudio packed(studio, 1500);
+  model::Model model = model::openModel(packed.folder / "model");
+  model.shared = model::spreadOver(model, model::shareSample(model)); // pack trusts photographs alone
+  std::mt19937 random(6);
+  const std::vector<Vec3<double>> lights = spiral(400);
+  weights::QueryBatch batch = randomBatch(model, 300, 0, random);
+  for (size_t query = 0; query < batch.size(); ++query) {
+    const auto n = model.cloud.p0[batch.surfels[query]].raw();
+    while (batch.towardsView[query].raw().dot(n) < kFacing)
+      batch.towardsView[query] = randomDirection(random);
+    for (const Vec3<double>& towards : lights) {
+      batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(towards.cast<float>()));
+      const auto share = static_cast<float>(4 * std::numbers::pi / static_cast<double>(lights.size()));
+      batch.irradiance.push_back({share, share, share});
+    }
+  }
+  batch.lights = lights.size();
+  weights::ShadeOptions shared;
+  shared.interpolation = weights::Interpolation::shared;
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  double worst = 0;
+  Vec3<double> sum = Vec3<double>::Zero();
+  for (const auto& [r, g, b] : shade(model, batch, shared, cache, stats).radiance) {
+    const Vec3<double> relative(r / studio.albedo.r, g / studio.albedo.g, b / studio.albedo.b);
+    sum += relative;
+    worst = std::max(worst, (relative.array() - 1).abs().maxCoeff());
+  }
+  for (const double mean : Vec3<double>(sum / static_cast<double>(batch.size()))) EXPECT_NEAR(mean, 1, 3e-3);
+  EXPECT_LT(worst, 0.06);
 }
 
 // ULR weights are steep next to a captured camera or light, where rounded directions show.
