@@ -26,7 +26,16 @@ namespace surflect::model {
 
 namespace {
 
-constexpr size_t kDensestAlpha = 1032; // largest expansion by deflate, bytes out for each byte in
+constexpr size_t kDensest = 1032; // largest expansion by deflate, bytes out for each byte in
+
+// Inflates a stream to a known number of bytes. Throws Error at the field.
+template <class Byte> std::vector<Byte> inflated(const std::string& stream, size_t count, const char* field) {
+  std::vector<Byte> bytes(count <= kDensest * stream.size() ? count : 0);
+  if (bytes.size() != count ||
+      !image::inflatesTo(std::as_bytes(std::span(stream)), std::as_writable_bytes(std::span(bytes))))
+    throw Error::mismatch("a zlib stream of " + std::to_string(count) + " bytes", "other content").at(field);
+  return bytes;
+}
 
 void describeAlpha(Archive& archive, std::string& levels, int width, int height) {
   archive.magic("srf alph");
@@ -50,12 +59,7 @@ codec::AlphaPlane unpackAlpha(std::span<const std::byte> content, int width, int
   std::string stream;
   parse(content, [&](Archive& archive) { describeAlpha(archive, stream, width, height); });
   const size_t count = static_cast<size_t>(width) * static_cast<size_t>(height);
-  std::vector<uint8_t> levels(count <= kDensestAlpha * stream.size() ? count : 0);
-  if (levels.empty() ||
-      !image::inflatesTo(std::as_bytes(std::span(stream)), std::as_writable_bytes(std::span(levels))))
-    throw Error::mismatch("a zlib stream of " + std::to_string(count) + " bytes", "other content")
-        .at("levels");
-  return {width, height, levels};
+  return {width, height, inflated<uint8_t>(stream, count, "levels")};
 }
 
 namespace {
@@ -128,6 +132,7 @@ namespace {
 
 // Shared reflectance as it is stored.
 struct StoredTables {
+  uint32_t version = 2;
   float white = 1;
   std::array<uint32_t, 4> nodes{};
   uint32_t count = 0;
@@ -137,16 +142,32 @@ struct StoredTables {
   std::vector<std::array<uint8_t, 3>> mixed;   // tables
   std::vector<std::array<uint8_t, 3>> weights; // sum: 255
   std::vector<std::array<uint16_t, 3>> gains;  // half floats
+  std::string stream;                          // of all arrays
 };
 static_assert(reflectance::kMixedTables == 3);
 
+constexpr size_t kTableEffort = 6;
 constexpr float kWhole = 255;          // sum of weights
 constexpr double kHalfTurn = 0x1p16;   // stored angles
 constexpr uint16_t kGreatest = 0x7bff; // bits of the greatest half float
 
+void describeArrays(Archive& archive, StoredTables& tables, size_t surfels) {
+  const reflectance::TableGrid grid{tables.nodes};
+  archive.array<uint16_t>("values", tables.values, size_t{3} * tables.count * grid.size());
+  archive.array<uint16_t>("fibres", tables.fibres, surfels);
+  archive.array<uint8_t>("mixed tables", tables.mixed, surfels, Below(tables.count));
+  archive.array<uint8_t>("weights", tables.weights, surfels);
+  archive.array<uint16_t>("gains", tables.gains, surfels, {0, kGreatest});
+}
+
+size_t bytesOfArrays(const StoredTables& tables, size_t surfels) {
+  return size_t{6} * tables.count * reflectance::TableGrid{tables.nodes}.size() + 14 * surfels;
+}
+
+// Version 2 has the arrays as a stream, version 1 as they are.
 void describeTables(Archive& archive, StoredTables& tables, size_t surfels) {
   archive.magic("srf tabs");
-  archive.constant<uint32_t>("version", 1);
+  archive.number<uint32_t>("version", tables.version, {1, 2});
   archive.number<float>("white", tables.white, {1e-12f, 1e12f});
   archive.numbers<uint32_t>("nodes", tables.nodes, {3, 255});
   for (const uint32_t nodes : tables.nodes)
@@ -154,12 +175,10 @@ void describeTables(Archive& archive, StoredTables& tables, size_t surfels) {
   archive.number<uint32_t>("tables", tables.count, {1, 255});
   archive.constant<uint32_t>("surfels", static_cast<uint32_t>(surfels));
   archive.array<float>("trust", tables.trust, tables.count, {0, 1});
-  const reflectance::TableGrid grid{tables.nodes};
-  archive.array<uint16_t>("values", tables.values, size_t{3} * tables.count * grid.size());
-  archive.array<uint16_t>("fibres", tables.fibres, surfels);
-  archive.array<uint8_t>("mixed tables", tables.mixed, surfels, Below(tables.count));
-  archive.array<uint8_t>("weights", tables.weights, surfels);
-  archive.array<uint16_t>("gains", tables.gains, surfels, {0, kGreatest});
+  if (tables.version == 1)
+    describeArrays(archive, tables, surfels);
+  else
+    archive.array<char>("arrays", tables.stream, archive.left());
 }
 
 // Weights as 255ths, whose sum stays whole.
@@ -189,13 +208,19 @@ std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared) 
     stored.weights.push_back(wholeWeights(mixture.weight));
     stored.gains.push_back({bitsOf(shared.gains[i].r), bitsOf(shared.gains[i].g), bitsOf(shared.gains[i].b)});
   }
-  return written(stored,
-                 [](Archive& archive, StoredTables& own) { describeTables(archive, own, own.gains.size()); });
+  const size_t surfels = stored.gains.size();
+  stored.stream = image::zlibStream(
+      written(stored, [&](Archive& archive, StoredTables& own) { describeArrays(archive, own, surfels); }),
+      kTableEffort);
+  return written(stored, [&](Archive& archive, StoredTables& own) { describeTables(archive, own, surfels); });
 }
 
 reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, size_t surfels) {
   StoredTables stored;
   parse(packed, [&](Archive& archive) { describeTables(archive, stored, surfels); });
+  if (stored.version == 2)
+    parse(inflated<std::byte>(stored.stream, bytesOfArrays(stored, surfels), "arrays"),
+          [&](Archive& archive) { describeArrays(archive, stored, surfels); });
   reflectance::SharedReflectance shared{.white = stored.white,
                                         .tables = {{stored.nodes}, {}},
                                         .trust = stored.trust,

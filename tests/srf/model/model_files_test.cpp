@@ -1,5 +1,7 @@
 #include "srf/model/model_files.h"
 
+#include "srf/image/deflate.h"
+#include "srf/reflectance/shared_reflectance.h"
 #include "surfel/base/error.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/damage.h"
@@ -71,6 +73,17 @@ reflectance::SharedReflectance randomTables() {
   return shared;
 }
 
+// A table file in version 1.
+std::vector<std::byte> uncompressed(std::vector<std::byte> packed) {
+  constexpr size_t kHeader = 52; // with the trust in three tables
+  std::vector<std::byte> arrays(6 * 3 * reflectance::TableGrid{{5, 5, 3, 3}}.size() + 14 * kTableSurfels);
+  EXPECT_TRUE(image::inflatesTo(std::span(packed).subspan(kHeader), arrays));
+  packed.resize(kHeader);
+  packed[8] = std::byte{1};
+  packed.insert(packed.end(), arrays.begin(), arrays.end());
+  return packed;
+}
+
 TEST(TableFile, WhatIsPackedIsUnpackedWithinItsPrecision) {
   const reflectance::SharedReflectance shared = randomTables();
   const std::vector<std::byte> packed = packTables(shared);
@@ -109,6 +122,18 @@ TEST(TableFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
   EXPECT_EQ(complaintOf(16, 4), "nodes: found 4, expected odd numbers");
   EXPECT_EQ(complaintOf(32, 0), "tables: found 0, expected 1..255");
   EXPECT_EQ(image::errorOf([&] { unpackTables(packed, 7); }), "surfels: found 40, expected 7");
+  EXPECT_EQ(complaintOf(8, 3), "version: found 3, expected 1..2");
+  EXPECT_EQ(complaintOf(packed.size() - 1, ~static_cast<uint8_t>(packed.back())),
+            "arrays: found other content, expected a zlib stream of 2666 bytes");
+  std::vector<std::byte> plain = uncompressed(packed);
+  plain[plain.size() - 9 * kTableSurfels] ^= std::byte{1}; // a weight
+  EXPECT_EQ(image::errorOf([&] { unpackTables(plain, kTableSurfels); }).rfind("weights[0]: found 25", 0), 0u);
+}
+
+TEST(TableFile, VersionOneHasTheSameArraysUncompressed) {
+  const std::vector<std::byte> packed = packTables(randomTables()), plain = uncompressed(packed);
+  EXPECT_EQ(packTables(unpackTables(plain, kTableSurfels)), packed);
+  tryDamage(plain, [&](std::span<const std::byte> damaged) { unpackTables(damaged, kTableSurfels); });
 }
 
 // A cloud of five surfels with three levels: surfels 0..4, then 1, 3 and 4, then 3.
