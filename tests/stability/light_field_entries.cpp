@@ -133,7 +133,7 @@ Pictures barPictures(int size) {
   const Vec3<double> viewer(0, 0, 5);
   constexpr int kRays = 4; // for each pixel, along each side
   const std::vector<olf::Piece> whole = olf::wholePieces(mesh);
-  const olf::BspTree tree(mesh, 4);
+  const olf::BspTree tree(mesh);
   const auto painted = [&](const std::vector<olf::Piece>& pieces, const std::vector<uint32_t>& order,
                            bool isNearest) {
     image::Image picture(size, size, 4);
@@ -185,7 +185,7 @@ Measured wronglyOrdered() {
     return static_cast<double>(wrong) / throughTwo;
   };
   const std::vector<olf::Piece> whole = olf::wholePieces(mesh);
-  const olf::BspTree tree(mesh, 4);
+  const olf::BspTree tree(mesh);
   return {share(whole, byMiddles(whole, viewer)), share(tree.pieces(), tree.backToFront(viewer))};
 }
 

@@ -3,9 +3,9 @@
 #include "surfel/math/bounds.h"
 
 #include <algorithm>
-#include <cassert>
+#include <cmath>
+#include <functional>
 #include <limits>
-#include <random>
 #include <span>
 #include <utility>
 
@@ -13,85 +13,285 @@ namespace surflect::olf {
 
 namespace {
 
-struct Vertex {
-  Vec3<double> position, barycentric;
-  double height; // above the plane; 0 within the tolerance
-};
-
-// Fan of a polygon of three or four corners.
-void addFan(uint32_t triangle, const std::vector<Vertex>& polygon, std::vector<Piece>& pieces) {
-  for (size_t i = 2; i < polygon.size(); ++i)
-    pieces.push_back({triangle,
-                      {polygon[0].position, polygon[i - 1].position, polygon[i].position},
-                      {polygon[0].barycentric, polygon[i - 1].barycentric, polygon[i].barycentric}});
-}
-
-// Cuts a piece along a plane, which has corners of it on both sides.
-void cut(const Piece& piece, const std::array<double, 3>& heights, std::vector<Piece>& front,
-         std::vector<Piece>& back) {
-  std::vector<Vertex> above, below;
-  for (size_t i = 0; i < 3; ++i) {
-    const Vertex from{piece.corners[i], piece.barycentrics[i], heights[i]};
-    const size_t j = (i + 1) % 3;
-    const Vertex to{piece.corners[j], piece.barycentrics[j], heights[j]};
-    if (from.height >= 0) above.push_back(from);
-    if (from.height <= 0) below.push_back(from);
-    if (from.height * to.height >= 0) continue;
-    // From the lower end: both triangles at an edge are cut at the same point.
-    const Vertex &low = from.height < to.height ? from : to, &high = from.height < to.height ? to : from;
-    const double share = low.height / (low.height - high.height);
-    const Vertex crossing{low.position + share * (high.position - low.position),
-                          low.barycentric + share * (high.barycentric - low.barycentric), 0};
-    above.push_back(crossing);
-    below.push_back(crossing);
-  }
-  addFan(piece.triangle, above, front);
-  addFan(piece.triangle, below, back);
-}
-
-Vec3<double> normalOf(const Piece& piece) {
-  return (piece.corners[1] - piece.corners[0]).cross(piece.corners[2] - piece.corners[0]);
-}
-
 struct Plane {
-  Vec3<double> normal;
-  double offset;
+  Vec3<double> normal = Vec3<double>::Zero();
+  double offset = 0;
+
+  bool operator==(const Plane&) const = default;
 };
 
-Plane planeOf(const Piece& piece) {
-  const Vec3<double> normal = normalOf(piece).normalized();
-  return {normal, normal.dot(piece.corners[0])};
+struct Corner {
+  Vec3<double> position, barycentric;
+};
+
+// Part of a triangle, a convex polygon, and the plane of its triangle: that of a sliver would be uncertain.
+struct Facet {
+  uint32_t triangle = 0;
+  Plane plane;
+  std::vector<Corner> corners;
+  Vec3<double> center = Vec3<double>::Zero();
+  double radius = 0; // from the centre to the farthest corner
+
+  void fit() {
+    for (const Corner& corner : corners) center += corner.position / static_cast<double>(corners.size());
+    for (const Corner& corner : corners) radius = std::max(radius, (corner.position - center).norm());
+  }
+};
+
+// Height of a point above a plane; 0 within the tolerance.
+double heightOf(const Vec3<double>& point, const Plane& plane, double tolerance) {
+  const double height = plane.normal.dot(point) - plane.offset;
+  return std::abs(height) > tolerance ? height : 0;
 }
 
-// Heights of a piece's corners above a plane; 0 within the tolerance.
-std::array<double, 3> heightsOf(const Piece& piece, const Plane& plane, double tolerance) {
-  std::array<double, 3> heights{};
-  for (size_t k = 0; k < 3; ++k) {
-    const double height = plane.normal.dot(piece.corners[k]) - plane.offset;
-    heights[k] = std::abs(height) > tolerance ? height : 0;
+struct Heights {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+
+  bool areBoth() const { return low < 0 && high > 0; }
+  bool areNone() const { return low == 0 && high == 0; }
+};
+
+// Least and greatest height of a facet above a plane. A sliver is in its own plane, whatever the rounding.
+Heights heightsOf(const Facet& facet, const Plane& plane, double tolerance) {
+  if (facet.plane == plane) return {0, 0};
+  Heights heights;
+  for (const Corner& corner : facet.corners) {
+    const double height = heightOf(corner.position, plane, tolerance);
+    heights.low = std::min(heights.low, height), heights.high = std::max(heights.high, height);
   }
   return heights;
 }
 
-// The piece of the first few, which are in random order, whose plane cuts fewest; of those that cut as many
-// the one with the most equal sides.
-size_t dividerOf(const std::vector<Piece>& pieces, double tolerance) {
-  constexpr size_t kCandidates = 8;
-  constexpr size_t kCutWeight = 8; // a cut is as bad as so many more pieces on one side
-  size_t best = 0, leastCost = std::numeric_limits<size_t>::max();
-  for (size_t candidate = 0; candidate < std::min(kCandidates, pieces.size()); ++candidate) {
-    const Plane plane = planeOf(pieces[candidate]);
-    size_t front = 0, back = 0, cuts = 0;
-    for (const Piece& piece : pieces) {
-      const auto [low, high] = std::ranges::minmax(heightsOf(piece, plane, tolerance));
-      cuts += low < 0 && high > 0;
-      front += low >= 0 && high > 0;
-      back += low < 0 && high <= 0;
+// Parts of a facet in front of a plane and behind it, which has corners of it on both sides.
+std::pair<Facet, Facet> cut(const Facet& facet, const Plane& plane, double tolerance) {
+  std::pair<Facet, Facet> parts;
+  for (Facet* part : {&parts.first, &parts.second})
+    part->triangle = facet.triangle, part->plane = facet.plane;
+  const size_t count = facet.corners.size();
+  for (size_t i = 0; i < count; ++i) {
+    const Corner &from = facet.corners[i], &to = facet.corners[(i + 1) % count];
+    const double fromHeight = heightOf(from.position, plane, tolerance),
+                 toHeight = heightOf(to.position, plane, tolerance);
+    if (fromHeight >= 0) parts.first.corners.push_back(from);
+    if (fromHeight <= 0) parts.second.corners.push_back(from);
+    if (fromHeight * toHeight >= 0) continue;
+    // From the lower end: both triangles at an edge are cut at the same point.
+    const bool isRising = fromHeight < toHeight;
+    const Corner &low = isRising ? from : to, &high = isRising ? to : from;
+    const double lowHeight = std::min(fromHeight, toHeight), highHeight = std::max(fromHeight, toHeight);
+    const double share = lowHeight / (lowHeight - highHeight);
+    const Corner crossing{low.position + share * (high.position - low.position),
+                          low.barycentric + share * (high.barycentric - low.barycentric)};
+    parts.first.corners.push_back(crossing);
+    parts.second.corners.push_back(crossing);
+  }
+  parts.first.fit();
+  parts.second.fit();
+  return parts;
+}
+
+// Whether a hides b from some viewer that both face. Of triangles in one plane the first one of the mesh is
+// in front, as in a sorted list.
+bool mayHide(const Facet& a, const Facet& b, double tolerance) {
+  if (b.plane.normal.dot(a.center) - b.plane.offset < -a.radius - tolerance ||
+      a.plane.normal.dot(b.center) - a.plane.offset > b.radius + tolerance)
+    return false; // quickly
+  const Heights ofA = heightsOf(a, b.plane, tolerance);
+  if (ofA.high > 0) return heightsOf(b, a.plane, tolerance).low < 0;
+  return a.triangle < b.triangle && ofA.low == 0 && heightsOf(b, a.plane, tolerance).areNone() &&
+         a.plane.normal.dot(b.plane.normal) > 0;
+}
+
+// Whether any facet of either list may hide one of the other.
+bool areOrdered(std::span<const Facet> a, std::span<const Facet> b, double tolerance) {
+  return std::ranges::any_of(a, [&](const Facet& one) {
+    return std::ranges::any_of(b, [&](const Facet& other) {
+      return mayHide(one, other, tolerance) || mayHide(other, one, tolerance);
+    });
+  });
+}
+
+// Strongly connected components of "may hide", each before those that it may hide, by Kosaraju's algorithm
+// on edges that are tested when they are asked for: two searches, each of which asks for a pair once.
+std::vector<std::vector<size_t>> components(std::span<const Facet> facets, double tolerance,
+                                            const Progress& progress) {
+  const size_t count = facets.size();
+  std::vector<size_t> finished;
+  std::vector<uint8_t> isVisited(count, 0);
+  struct Step {
+    size_t facet, next; // next: to be asked whether `facet` may hide it
+  };
+  std::vector<Step> path;
+  for (size_t start = 0; start < count; ++start) {
+    if (isVisited[start]) continue;
+    isVisited[start] = 1;
+    path.push_back({start, 0});
+    while (!path.empty()) {
+      Step& step = path.back();
+      while (step.next < count &&
+             (isVisited[step.next] || !mayHide(facets[step.facet], facets[step.next], tolerance)))
+        ++step.next;
+      if (step.next < count) {
+        isVisited[step.next] = 1;
+        path.push_back({step.next, 0});
+      } else {
+        progress.checkpoint();
+        finished.push_back(step.facet);
+        path.pop_back();
+      }
     }
-    const size_t cost = kCutWeight * cuts + (std::max(front, back) - std::min(front, back));
-    if (cost < leastCost) leastCost = cost, best = candidate;
+  }
+  std::vector<std::vector<size_t>> result;
+  for (size_t i = count; i-- > 0;) {
+    if (!isVisited[finished[i]]) continue; // the second search clears the marks of the first
+    isVisited[finished[i]] = 0;
+    std::vector<size_t>& component = result.emplace_back(1, finished[i]);
+    for (size_t k = 0; k < component.size(); ++k) {
+      progress.checkpoint();
+      for (size_t other = 0; other < count; ++other)
+        if (isVisited[other] && mayHide(facets[other], facets[component[k]], tolerance)) {
+          isVisited[other] = 0;
+          component.push_back(other);
+        }
+    }
+  }
+  return result;
+}
+
+// Planes of some of the facets, and planes across several directions through corners at equal shares.
+std::vector<Plane> candidatesFor(std::span<const Facet> facets) {
+  constexpr size_t kTriangles = 64, kAcross = 15;
+  std::vector<Plane> planes;
+  const size_t step = std::max<size_t>(1, facets.size() / kTriangles);
+  for (size_t i = 0; i < facets.size(); i += step) planes.push_back(facets[i].plane);
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = 0; z <= 1; ++z) {
+        if (z == 0 && (y < 0 || (y == 0 && x <= 0))) continue; // opposite to another one
+        const Vec3<double> direction = Vec3<double>(x, y, z).normalized();
+        std::vector<double> places;
+        for (const Facet& facet : facets)
+          for (const Corner& corner : facet.corners) places.push_back(direction.dot(corner.position));
+        std::ranges::sort(places);
+        for (size_t k = 1; k <= kAcross; ++k)
+          planes.push_back({direction, places[places.size() * k / (kAcross + 1)]});
+      }
+  return planes;
+}
+
+// The candidate with fewest cuts for the facets that it takes from the larger side. It leaves fewer facets
+// and parts of facets on each side than there are, so that division comes to an end; the plane of a facet
+// always does.
+Plane dividerOf(std::span<const Facet> facets, double tolerance, const Progress& progress) {
+  constexpr double kAnyCut = 0.25; // prefers many facets taken among planes without cuts
+  constexpr double kTaken = 0.75;  // exponent: cuts grow more slowly than what is divided
+  Plane best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Plane& plane : candidatesFor(facets)) {
+    progress.checkpoint();
+    size_t front = 0, back = 0, cuts = 0;
+    for (const Facet& facet : facets) {
+      const double height = plane.normal.dot(facet.center) - plane.offset;
+      const bool isClear = std::abs(height) > facet.radius + tolerance;
+      const Heights heights = isClear ? Heights{height, height} : heightsOf(facet, plane, tolerance);
+      cuts += heights.areBoth();
+      front += heights.low >= 0 && heights.high > 0;
+      back += heights.low < 0 && heights.high <= 0;
+    }
+    if (front + cuts == facets.size() || back + cuts == facets.size()) continue;
+    const size_t taken = facets.size() - cuts - std::max(front, back);
+    const double cost = (static_cast<double>(cuts) + kAnyCut) / std::pow(static_cast<double>(taken), kTaken);
+    if (cost < least) least = cost, best = plane;
   }
   return best;
+}
+
+// A facet that a plane crosses.
+struct Crossing {
+  Facet whole, front, back;
+  enum class Use { inFront, behind, cut } use = Use::cut;
+};
+
+// Facets divided by a plane.
+struct Division {
+  std::vector<Facet> front, back, inPlane;
+};
+
+// Chooses what becomes of facets that a plane crosses. One is taken whole to a side if no order of its part
+// on the other side can matter, neither with anything there nor in the plane.
+void settle(std::vector<Crossing>& crossings, const Division& sides, double tolerance) {
+  using Use = Crossing::Use;
+  const auto isFree = [&](const Facet& part, std::span<const Facet> side) {
+    return !areOrdered({&part, 1}, side, tolerance) && !areOrdered({&part, 1}, sides.inPlane, tolerance);
+  };
+  for (Crossing& crossing : crossings)
+    if (isFree(crossing.back, sides.back))
+      crossing.use = Use::inFront;
+    else if (isFree(crossing.front, sides.front))
+      crossing.use = Use::behind;
+  // Whole facets also meet one another, and parts of those that are cut.
+  const auto isMisplaced = [&](const Crossing& crossing, const Crossing& other) {
+    const bool isInFront = crossing.use == Use::inFront;
+    const Facet& astray = isInFront ? crossing.back : crossing.front;
+    const Facet* met = &other.whole;
+    if (other.use == Use::cut)
+      met = isInFront ? &other.back : &other.front;
+    else if (other.use == crossing.use)
+      return false;
+    return areOrdered({other.use == Use::cut ? &astray : &crossing.whole, 1}, {met, 1}, tolerance);
+  };
+  for (bool hasChanged = true; hasChanged;) {
+    hasChanged = false;
+    for (Crossing& crossing : crossings)
+      if (crossing.use != Use::cut && std::ranges::any_of(crossings, [&](const Crossing& other) {
+            return &other != &crossing && isMisplaced(crossing, other);
+          })) {
+        crossing.use = Use::cut;
+        hasChanged = true;
+      }
+  }
+}
+
+Division divided(std::span<const Facet> facets, const Plane& plane, double tolerance) {
+  Division sides;
+  std::vector<Crossing> crossings;
+  for (const Facet& facet : facets) {
+    const Heights heights = heightsOf(facet, plane, tolerance);
+    if (heights.areNone())
+      sides.inPlane.push_back(facet);
+    else if (heights.low >= 0)
+      sides.front.push_back(facet);
+    else if (heights.high <= 0)
+      sides.back.push_back(facet);
+    else {
+      const auto [front, back] = cut(facet, plane, tolerance);
+      crossings.push_back({facet, front, back});
+    }
+  }
+  settle(crossings, sides, tolerance);
+  for (const Crossing& crossing : crossings) switch (crossing.use) {
+    case Crossing::Use::inFront:
+      sides.front.push_back(crossing.whole);
+      break;
+    case Crossing::Use::behind:
+      sides.back.push_back(crossing.whole);
+      break;
+    case Crossing::Use::cut:
+      sides.front.push_back(crossing.front);
+      sides.back.push_back(crossing.back);
+    }
+  // Of pieces in one plane the first one of the mesh is in front.
+  std::ranges::stable_sort(sides.inPlane, std::greater<>(), &Facet::triangle);
+  return sides;
+}
+
+// Adds the fan of a facet.
+void addFan(const Facet& facet, std::vector<Piece>& pieces) {
+  const std::vector<Corner>& corners = facet.corners;
+  for (size_t i = 2; i < corners.size(); ++i)
+    pieces.push_back({facet.triangle,
+                      {corners[0].position, corners[i - 1].position, corners[i].position},
+                      {corners[0].barycentric, corners[i - 1].barycentric, corners[i].barycentric}});
 }
 
 } // namespace
@@ -109,71 +309,78 @@ std::vector<Piece> wholePieces(const TriangleMesh& mesh) {
   return pieces;
 }
 
-BspTree::Tree BspTree::treeOf(std::vector<Piece> pieces, double tolerance, size_t limit,
-                              const Progress& progress) {
-  struct Open {
-    std::vector<Piece> pieces;
-    int32_t parent;
-    bool isFront;
-  };
-  Tree tree;
-  std::vector<Open> open;
-  open.push_back({std::move(pieces), -1, false});
-  while (!open.empty() && tree.pieces.size() <= limit) {
-    progress.checkpoint();
-    Open current = std::move(open.back());
-    open.pop_back();
-    const auto index = static_cast<int32_t>(tree.nodes.size());
-    if (current.parent >= 0) {
-      Node& parent = tree.nodes[static_cast<size_t>(current.parent)];
-      (current.isFront ? parent.front : parent.back) = index;
-    }
-    std::swap(current.pieces[0], current.pieces[dividerOf(current.pieces, tolerance)]);
-    const Plane plane = planeOf(current.pieces[0]);
-    Node node;
-    node.normal = plane.normal, node.offset = plane.offset;
-    node.first = static_cast<uint32_t>(tree.pieces.size());
-    std::vector<Piece> front, back;
-    for (size_t i = 0; i < current.pieces.size(); ++i) {
-      const Piece& piece = current.pieces[i];
-      const std::array<double, 3> heights = heightsOf(piece, plane, tolerance);
-      const auto [low, high] = std::ranges::minmax(heights);
-      if (i == 0 || (low == 0 && high == 0))
-        tree.pieces.push_back(piece);
-      else if (low >= 0)
-        front.push_back(piece);
-      else if (high <= 0)
-        back.push_back(piece);
-      else
-        cut(piece, heights, front, back);
-    }
-    node.end = static_cast<uint32_t>(tree.pieces.size());
-    // At equal depth the first triangle of the mesh is in front, as in a sorted list.
-    std::stable_sort(tree.pieces.begin() + node.first, tree.pieces.end(),
-                     [](const Piece& a, const Piece& b) { return a.triangle > b.triangle; });
-    tree.nodes.push_back(node);
-    if (!front.empty()) open.push_back({std::move(front), index, true});
-    if (!back.empty()) open.push_back({std::move(back), index, false});
+BspTree::BspTree(const TriangleMesh& mesh, const Progress& progress) {
+  std::vector<Facet> all;
+  for (const Piece& piece : wholePieces(mesh)) {
+    const auto& [a, b, c] = piece.corners;
+    const Vec3<double> area = (b - a).cross(c - a);
+    if (area.isZero(0)) continue;
+    const Vec3<double> normal = area.normalized();
+    Facet& facet = all.emplace_back();
+    facet.triangle = piece.triangle, facet.plane = {normal, normal.dot(a)};
+    for (size_t i = 0; i < 3; ++i) facet.corners.push_back({piece.corners[i], piece.barycentrics[i]});
+    facet.fit();
   }
-  return tree;
-}
-
-BspTree::BspTree(const TriangleMesh& mesh, size_t trees, const Progress& progress) {
-  assert(trees >= 1);
-  std::vector<Piece> whole = wholePieces(mesh);
-  std::erase_if(whole, [](const Piece& piece) { return normalOf(piece).isZero(0); });
-  if (whole.empty()) return;
+  if (all.empty()) return;
   const double tolerance = 1e-9 * boundsOf(mesh.positions).diagonal().norm();
-  size_t least = std::numeric_limits<size_t>::max();
-  for (size_t k = 0; k < trees; ++k) {
-    progress("BSP trees", static_cast<double>(k) / static_cast<double>(trees));
-    std::mt19937_64 random(k);
-    // std::shuffle differs between standard libraries.
-    for (size_t i = whole.size(); i > 1; --i) std::swap(whole[i - 1], whole[random() % i]);
-    Tree tree = treeOf(whole, tolerance, least, progress);
-    if (tree.pieces.size() >= least) continue;
-    least = tree.pieces.size();
-    nodes_ = std::move(tree.nodes), pieces_ = std::move(tree.pieces);
+  // Facets of a subtree to be made: below which node, and on which side of it.
+  struct Open {
+    std::vector<Facet> facets;
+    int32_t parent = -1;
+    bool isFront = false, isCycle = false; // isCycle: known to be a single component
+  };
+  std::vector<Open> open;
+  open.push_back({std::move(all)});
+  const auto newNode = [&](int32_t parent, bool isFront) {
+    const auto index = static_cast<int32_t>(nodes_.size());
+    if (parent >= 0)
+      (isFront ? nodes_[static_cast<size_t>(parent)].front : nodes_[static_cast<size_t>(parent)].back) =
+          index;
+    Node& node = nodes_.emplace_back();
+    node.first = node.end = static_cast<uint32_t>(pieces_.size());
+    return index;
+  };
+  const auto divide = [&](const Open& current) {
+    const Plane plane = dividerOf(current.facets, tolerance, progress);
+    Division sides = divided(current.facets, plane, tolerance);
+    const int32_t node = newNode(current.parent, current.isFront);
+    for (const Facet& facet : sides.inPlane) addFan(facet, pieces_);
+    Node& made = nodes_[static_cast<size_t>(node)];
+    made.normal = plane.normal, made.offset = plane.offset;
+    made.end = static_cast<uint32_t>(pieces_.size());
+    if (!sides.front.empty()) open.push_back({std::move(sides.front), node, true});
+    if (!sides.back.empty()) open.push_back({std::move(sides.back), node, false});
+  };
+  // A chain of nodes: each has a cycle, then facets of their own, then the rest.
+  const auto chain = [&](const Open& current, const std::vector<std::vector<size_t>>& groups) {
+    int32_t last = -1;
+    for (size_t i = groups.size(); i-- > 0;) { // back to front
+      const bool isCycle = groups[i].size() > 1;
+      if (last < 0)
+        last = newNode(current.parent, current.isFront);
+      else if (isCycle)
+        last = newNode(last, true);
+      if (isCycle) {
+        Open& cycle = open.emplace_back(Open{{}, last, false, true});
+        for (const size_t facet : groups[i]) cycle.facets.push_back(current.facets[facet]);
+      } else {
+        addFan(current.facets[groups[i][0]], pieces_);
+        nodes_[static_cast<size_t>(last)].end = static_cast<uint32_t>(pieces_.size());
+      }
+    }
+  };
+  while (!open.empty()) {
+    const Open current = std::move(open.back());
+    open.pop_back();
+    if (current.isCycle) {
+      divide(current);
+      continue;
+    }
+    const std::vector<std::vector<size_t>> groups = components(current.facets, tolerance, progress);
+    if (groups.size() == 1 && current.facets.size() > 1)
+      divide(current);
+    else
+      chain(current, groups);
   }
 }
 

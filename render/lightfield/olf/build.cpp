@@ -24,7 +24,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   lap("mesh");
   OpacityField field;
   field.method = options.method, field.domain = options.domain;
-  field.order = options.order, field.bspTrees = options.bspTrees;
+  field.order = options.order;
   field.mesh = views.mesh();
   const std::vector<size_t> training = views.ofSplit(capture::Split::train);
   const lfm::Rings rings(field.mesh, progress);

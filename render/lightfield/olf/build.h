@@ -19,7 +19,6 @@ struct BuildOptions {
   Domain domain = Domain::sphere;
   std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh
   Order order = Order::list;
-  size_t bspTrees = 8;
   bool hull = false;               // an opacity hull, even if the capture has a mesh
   size_t triangles = 0;            // of the mesh, at most; 0: as it is
   size_t budget = size_t{1} << 30; // bytes of the packed views

@@ -90,7 +90,6 @@ struct OpacityField {
   Blending method = Blending::vdtm;
   Domain domain = Domain::sphere; // of the triangulation
   Order order = Order::list;
-  size_t bspTrees = 8; // random insertions of which the smallest tree is used
   TriangleMesh mesh;
   std::vector<capture::Camera<AcquisitionSpace>> cameras; // plain pinholes; of each view
   VisibleViews visible;

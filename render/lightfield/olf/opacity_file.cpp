@@ -20,7 +20,6 @@ void describeNumbers(lightfield::NumberArchive& archive, OpacityField& field) {
   archive.number("method", field.method, {0, static_cast<double>(Blending::ulr)});
   archive.number("domain", field.domain, {0, 1});
   archive.number("order", field.order, {0, static_cast<double>(Order::bsp)});
-  archive.number("bsp_trees", field.bspTrees, {1, kMostTrees});
   archive.number("unseen_vertices", field.visible.unseenVertices,
                  {0, static_cast<double>(field.mesh.positions.size())});
   archive.number("width", field.packed.width, {1, kLongestSide});

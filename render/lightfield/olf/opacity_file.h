@@ -15,7 +15,6 @@ namespace surflect::olf {
 
 inline constexpr const char* kFormat = "surflect opacity light field";
 inline constexpr int kVersion = 1;
-inline constexpr size_t kMostTrees = 1000;
 
 // Takes over a folder as LightFieldWriter does. The field's views are the capture's training views. Throws
 // Error and Cancelled.

@@ -107,8 +107,7 @@ OpacityFrame::Target::Target(int width, int height, Order order)
 
 OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progress& progress)
     : field_(field), order_(order),
-      tree_(order == Order::bsp ? std::optional<BspTree>(std::in_place, field.mesh, field.bspTrees, progress)
-                                : std::nullopt),
+      tree_(order == Order::bsp ? std::optional<BspTree>(std::in_place, field.mesh, progress) : std::nullopt),
       pieceCount_(tree_ ? tree_->pieces().size() : field.mesh.triangles.size()),
       middle_(boundsOf(field.mesh.positions).center()),
       box_(boundsOf(field.mesh.positions).translated(-middle_)), pictures_(pictureTexture(field.packed)),

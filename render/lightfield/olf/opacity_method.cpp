@@ -90,7 +90,6 @@ method::BuildReport buildModel(Blending method, const method::BuildInput& input,
 struct RenderOptions {
   int samples = lightfield::kSamples;
   Order order = Order::list;
-  size_t bspTrees = 8;
 };
 
 const method::Rows<RenderOptions>& renderRows() {
@@ -101,11 +100,6 @@ const method::Rows<RenderOptions>& renderRows() {
                           .paper = "bsp",
                           .help = "fragments by a list for each pixel, by depth peeling, or by a BSP tree, "
                                   "which blends by alpha",
-                          .atOpening = true}),
-      row<RenderOptions>("bsp_trees", [](auto& o) -> auto& { return o.bspTrees; },
-                         {.domain = wholeRange(1, kMostTrees),
-                          .help = "random insertions of which the smallest BSP tree is used",
-                          .needs = {{"order", {"bsp"}}},
                           .atOpening = true})};
   return kRows;
 }
@@ -121,7 +115,6 @@ struct OpenOpacity {
 
   OpenOpacity(const std::filesystem::path& path, const RenderOptions& given, const Progress& progress)
       : folder(path, kFormat, kVersion, progress), field(readField(folder, progress)) {
-    field.bspTrees = given.bspTrees;
     blender.emplace(field, progress);
     frame.emplace(field, given.order, progress);
     field.packed.texels = {}; // the driver has them now
@@ -166,8 +159,8 @@ std::unique_ptr<method::Renderer> open(const std::filesystem::path& path, const 
       opacity, renderRows(),
       {.method = (opacity->field.method == Blending::vdtm ? vdtmMethod() : ulrMethod()).tag,
        .folder = path,
-       .identity = fmt::format("opacity light field {} order {} trees {} {}", hex(opacity->folder.identity()),
-                               nameOf(given.order), given.bspTrees, opacity->context->driver()),
+       .identity = fmt::format("opacity light field {} order {} {}", hex(opacity->folder.identity()),
+                               nameOf(given.order), opacity->context->driver()),
        .counts = opacity->counts(),
        .rig = opacity->folder.rig(),
        .middle = middleOf(positions),

@@ -1,6 +1,7 @@
 #include "render/lightfield/olf/view_triangulation.h"
 
 #include "render/lightfield/lfm/view_blend.h"
+#include "render/lightfield/olf/delaunay.h"
 
 #include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
@@ -10,7 +11,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -171,25 +171,21 @@ ViewTriangulation::ViewTriangulation(std::span<const Vec3<double>> directions, c
   if (sites_.size() < 3) return;
   std::vector<lfm::DiscPoint> points;
   for (const Vec3<double>& site : sites_) points.push_back(flattened(site));
-  const lfm::SiteMesh mesh = lfm::siteMesh(points);
   const auto index = [](auto site) { return static_cast<Index>(site); };
-  triangles_.reserve(mesh.triangles.size());
-  for (const auto& [a, b, c] : mesh.triangles) triangles_.push_back({{index(a), index(b), index(c)}, {}});
+  for (const auto& [corners, neighbors] : delaunay(points)) {
+    Triangle& triangle = triangles_.emplace_back();
+    for (size_t i = 0; i < 3; ++i) {
+      triangle.corners[i] = index(corners[i]);
+      triangle.neighbors[i] = neighbors[i] == DelaunayTriangle::kNone ? kNone : index(neighbors[i]);
+      if (triangle.neighbors[i] == kNone)
+        borders_.push_back({index(corners[(i + 1) % 3]), index(corners[(i + 2) % 3])});
+    }
+  }
+  triangles_.shrink_to_fit();
   if (triangles_.empty()) {
-    for (const auto& [from, to] : mesh.borders) borders_.push_back({index(from), index(to)});
+    for (const auto& [from, to] : lfm::siteMesh(points).borders) borders_.push_back({index(from), index(to)});
     return;
   }
-  std::map<std::pair<Index, Index>, Index> triangleOf; // by its edges
-  for (size_t t = 0; t < triangles_.size(); ++t)
-    for (size_t i = 0; i < 3; ++i)
-      triangleOf[{triangles_[t].corners[(i + 1) % 3], triangles_[t].corners[(i + 2) % 3]}] = index(t);
-  for (auto& [corners, neighbors] : triangles_)
-    for (size_t i = 0; i < 3; ++i) {
-      const Index from = corners[(i + 1) % 3], to = corners[(i + 2) % 3];
-      const auto across = triangleOf.find({to, from});
-      neighbors[i] = across == triangleOf.end() ? kNone : across->second;
-      if (neighbors[i] == kNone) borders_.push_back({from, to});
-    }
   if (domain == Domain::plane) { // centroid of the area
     double sum = 0;
     for (const Triangle& triangle : triangles_) {

@@ -15,7 +15,7 @@ double areaOf(const Piece& piece) {
 
 TEST(BspTree, PiecesCoverEachTriangle) {
   const TriangleMesh mesh = rowOfSpheres(3);
-  const BspTree tree(mesh, 2);
+  const BspTree tree(mesh);
   std::vector<double> areas(mesh.triangles.size(), 0);
   for (const Piece& piece : tree.pieces()) {
     areas[piece.triangle] += areaOf(piece);
@@ -31,18 +31,19 @@ TEST(BspTree, PiecesCoverEachTriangle) {
   EXPECT_GT(tree.pieces().size(), mesh.triangles.size());
 }
 
-TEST(BspTree, NothingHidesALaterPiece) {
-  const TriangleMesh mesh = rowOfSpheres(3, 8);
-  const BspTree tree(mesh, 1);
-  std::mt19937 random(9);
+// Pairs of pieces along rays of which the farther one does not come first, though both face the viewer; of
+// pieces at one depth, the one that is later in the mesh. Gaps below 1e-6 count as one depth only if they are
+// below 1e-12, where triangles lie in one plane.
+size_t misplacedPairs(const BspTree& tree, double viewerDistance, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);
+  size_t misplaced = 0, pairs = 0;
   for (int trial = 0; trial < 20; ++trial) {
-    const Vec3<double> viewer = 4 * randomUnit(random);
+    const Vec3<double> viewer = viewerDistance * randomUnit(random);
     const std::vector<uint32_t> order = tree.backToFront(viewer);
     EXPECT_EQ(std::set<uint32_t>(order.begin(), order.end()).size(), tree.pieces().size());
+    EXPECT_EQ(order.size(), tree.pieces().size());
     std::vector<size_t> rank(order.size());
     for (size_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
-    // A ray through a point of a piece meets pieces in rising distance as their ranks fall.
     for (int ray = 0; ray < 50; ++ray) {
       const Piece& aim = tree.pieces()[random() % tree.pieces().size()];
       double a = share(random), b = share(random);
@@ -50,41 +51,94 @@ TEST(BspTree, NothingHidesALaterPiece) {
       const Vec3<double> direction = (aim.corners[0] + a * (aim.corners[1] - aim.corners[0]) +
                                       b * (aim.corners[2] - aim.corners[0]) - viewer)
                                          .normalized();
-      std::vector<std::pair<double, size_t>> met; // distances and ranks
+      std::vector<std::pair<double, size_t>> met; // distances, and indices of pieces
       for (size_t i = 0; i < tree.pieces().size(); ++i) {
         const Piece& piece = tree.pieces()[i];
         const Vec3<double> e1 = piece.corners[1] - piece.corners[0], e2 = piece.corners[2] - piece.corners[0],
                            p = direction.cross(e2), t = viewer - piece.corners[0], q = t.cross(e1);
-        const double determinant = e1.dot(p), u = t.dot(p) / determinant, v = direction.dot(q) / determinant;
-        if (std::abs(determinant) > 1e-9 && u > 1e-6 && v > 1e-6 && u + v < 1 - 1e-6)
-          met.emplace_back(e2.dot(q) / determinant, rank[i]);
+        const double determinant = e1.dot(p), u = t.dot(p) / determinant, v = direction.dot(q) / determinant,
+                     distance = e2.dot(q) / determinant;
+        if (determinant > 1e-9 && u > 1e-6 && v > 1e-6 && u + v < 1 - 1e-6 && distance > 0)
+          met.emplace_back(distance, i);
       }
       std::ranges::sort(met);
-      for (size_t i = 1; i < met.size(); ++i)
-        EXPECT_TRUE(met[i].first - met[i - 1].first <= 1e-6 || met[i].second < met[i - 1].second);
+      for (size_t i = 1; i < met.size(); ++i) {
+        const auto [distance, piece] = met[i];
+        const auto [nearDistance, nearPiece] = met[i - 1];
+        const double gap = distance - nearDistance;
+        if (gap > 1e-12 && gap <= 1e-6) continue; // which is in front, rounding says
+        const bool isPieceFirst =
+            gap > 1e-12 || tree.pieces()[piece].triangle > tree.pieces()[nearPiece].triangle;
+        misplaced += isPieceFirst != (rank[piece] < rank[nearPiece]);
+        ++pairs;
+      }
     }
   }
+  EXPECT_GT(pairs, 70u);
+  return misplaced;
 }
 
-TEST(BspTree, TheSmallestOfSeveralIsKept) {
-  const TriangleMesh mesh = rowOfSpheres(3);
-  size_t before = BspTree(mesh, 1).pieces().size();
-  const size_t one = before;
-  for (const size_t trees : {2u, 4u, 8u}) {
-    const size_t pieces = BspTree(mesh, trees).pieces().size();
-    EXPECT_LE(pieces, before);
-    before = pieces;
+TEST(BspTree, NothingThatFacesTheViewerHidesALaterPiece) {
+  std::mt19937 random(9);
+  for (const double viewerDistance : {0.5, 4.0})
+    EXPECT_EQ(misplacedPairs(BspTree(rowOfSpheres(3, 8)), viewerDistance, random), 0u);
+}
+
+// Triangles that meet at random. `thickness`: half of them are slivers so thin; 1: none. Places are multiples
+// of `step`, 0: any.
+TriangleMesh soup(size_t count, float thickness, float step, std::mt19937& random) {
+  std::uniform_real_distribution<float> number(-1, 1);
+  const auto any = [&] {
+    const float x = number(random), y = number(random);
+    return Vec3<float>(x, y, number(random));
+  };
+  TriangleMesh mesh;
+  for (uint32_t t = 0; t < count; ++t) {
+    const Vec3<float> middle = any(), along = any();
+    const bool isSliver = t % 2 == 0 && thickness < 1;
+    for (size_t corner = 0; corner < 3; ++corner) {
+      Vec3<float> p =
+          middle + (isSliver ? Vec3<float>(number(random) * along + thickness * any()) : any()) * 0.4f;
+      if (step > 0) p = (p / step).array().round().matrix() * step;
+      mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
+    }
+    mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
-  EXPECT_LT(before, one);
-  EXPECT_EQ(BspTree(mesh, 8).pieces().size(), before);
+  return mesh;
 }
 
-TEST(BspTree, CoplanarTrianglesShareANode) {
+TEST(BspTree, OrdersTrianglesThatMeetAtRandomAndSlivers) {
+  std::mt19937 random(10);
+  for (const float thickness : {1.f, 1e-3f, 1e-5f, 1e-7f})
+    for (const float step : {0.f, 0.125f}) {
+      const BspTree tree(soup(120, thickness, step, random));
+      EXPECT_EQ(misplacedPairs(tree, 4, random), 0u) << thickness << ", " << step;
+      EXPECT_LT(tree.pieces().size(), 120u * 9) << thickness << ", " << step;
+    }
+}
+
+TEST(BspTree, OfCopiesTheFirstIsInFront) {
+  std::mt19937 random(11);
+  TriangleMesh mesh = soup(60, 1, 0, random);
+  const std::vector<std::array<uint32_t, 3>> once = mesh.triangles;
+  mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
+  EXPECT_EQ(misplacedPairs(BspTree(mesh), 4, random), 0u);
+}
+
+TEST(BspTree, OnlyTrianglesWithoutAnOrderForAllViewersAreCut) {
+  const TriangleMesh sphere = lightfield::bumpySphere(0, 24);
+  EXPECT_EQ(BspTree(sphere).pieces().size(), sphere.triangles.size()); // none hides another
+  const TriangleMesh bumpy = lightfield::bumpySphere(0.15, 24);
+  EXPECT_LT(static_cast<double>(BspTree(bumpy).pieces().size()),
+            1.5 * static_cast<double>(bumpy.triangles.size()));
+}
+
+TEST(BspTree, CoplanarTrianglesAreNotCut) {
   TriangleMesh mesh;
   for (const auto& [x, y] : {std::pair(0, 0), {1, 0}, {0, 1}, {1, 1}})
     mesh.positions.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.f);
   mesh.triangles = {{0, 1, 2}, {1, 3, 2}, {0, 1, 2}};
-  const BspTree tree(mesh, 1);
+  const BspTree tree(mesh);
   EXPECT_EQ(tree.pieces().size(), 3u);
   EXPECT_EQ(tree.backToFront({0, 0, 3}).size(), 3u);
 }
@@ -94,14 +148,14 @@ TEST(BspTree, TwoTrianglesThatIntersectAreCut) {
   for (const auto& p : {Vec3<float>(-1, -1, 0), {1, -1, 0}, {0, 1, 0}, {0, -1, -1}, {0, -1, 1}, {0, 1, 0.1f}})
     mesh.positions.push_back(assume<Point3<AcquisitionSpace>>(p));
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
-  EXPECT_GT(BspTree(mesh, 4).pieces().size(), 2u);
+  EXPECT_GT(BspTree(mesh).pieces().size(), 2u);
 }
 
 TEST(BspTree, WithoutTrianglesThatHaveAnAreaItIsEmpty) {
   TriangleMesh mesh;
   for (int i = 0; i < 3; ++i) mesh.positions.emplace_back(static_cast<float>(i), 0.f, 0.f);
   mesh.triangles = {{0, 1, 2}};
-  EXPECT_TRUE(BspTree(mesh, 2).backToFront({0, 0, 1}).empty());
+  EXPECT_TRUE(BspTree(mesh).backToFront({0, 0, 1}).empty());
 }
 
 } // namespace

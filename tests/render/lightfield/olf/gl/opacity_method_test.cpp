@@ -69,9 +69,7 @@ TEST_F(OpacityMethodTest, DescribesItself) {
 TEST_F(OpacityMethodTest, ReportsStagesAndWhatItKeepsInMemory) {
   for (const auto& [name, order] : {std::pair("vdtm", "bsp"), {"ulr", "list"}}) {
     const bool isBsp = order == std::string("bsp");
-    method::Setting setting{{"order", order}};
-    if (isBsp) setting["bsp_trees"] = 1;
-    const auto renderer = opened(name, setting);
+    const auto renderer = opened(name, {{"order", order}});
     const auto& counts = renderer->describe().counts;
     const bool isVdtm = renderer->describe().counts.at("triangulation_bytes") > 0;
     EXPECT_EQ(isVdtm, name == std::string("vdtm"));
