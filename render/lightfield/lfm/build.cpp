@@ -30,16 +30,19 @@ namespace {
 // Vertices whose triangles are observed together; neighbours in the list share most of them.
 constexpr size_t kVerticesAtOnce = 64;
 
-// Weight of extrapolated values, which hold factors where few samples were observed. Without it, extrapolated
-// directions show as black or bright blots.
-constexpr float kLeastWeight = 0.02f;
-
 } // namespace
 
 std::vector<double> relativeErrors(const BuildReport& report) {
   std::vector<double> relative;
   for (const FactorError& error : report.errors) relative.push_back(error.rms() / rootOf(report.white));
   return relative;
+}
+
+MapSizes sizesOf(const lightfield::Views& views, const BuildOptions& options) {
+  return {.samples = options.samples,
+          .viewSize = options.viewSize,
+          .terms = options.terms,
+          .columns = views.ofSplit(capture::Split::train).size()};
 }
 
 LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options, BuildReport& report,
@@ -53,7 +56,7 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   report = {};
   Stopwatch stopwatch;
   const Rings rings(views.mesh(), progress);
-  const MapSizes sizes{options.samples, options.viewSize, options.terms};
+  const MapSizes sizes = sizesOf(views, options);
   if (const size_t most = mostTerms(rings, sizes);
       options.method == Factorization::nmf && options.terms > most)
     throw Error::mismatch(
@@ -93,13 +96,16 @@ LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options
   std::vector<uint8_t> isSeen(views.mesh().positions.size(), 0);
   const auto factorise = [&](size_t i, const VertexMatrix& matrix, const RingRows& rows) {
     const Stopwatch watch;
-    const LightFieldMatrix observed{matrix.rows, matrix.cells, matrix.values, matrix.weights};
-    const Factors factors = factorized(observed, factorization, {{}, progress.cancelled});
-    store.put(factors, rows, vertices[i]);
+    const LightFieldMatrix observed{matrix.rows, matrix.sites,      matrix.values, matrix.weights,
+                                    3,           matrix.siteWeights};
+    Factors factors = factorized(observed, factorization, {{}, progress.cancelled});
     Result& result = results[i];
     result.terms = factors.terms.size();
     for (size_t k = 0; k <= options.terms; ++k)
       result.errors.push_back(k <= result.terms ? errorOf(factors, k, observed) : result.errors.back());
+    for (FactorTerm& term : factors.terms) term.view = inCells(matrix.cells, term.view, factors.channels);
+    factors.cells = matrix.cells.size();
+    store.put(factors, rows, vertices[i]);
     result.factorSeconds = watch.seconds();
   };
   std::mutex reporting;

@@ -38,6 +38,9 @@ struct BuildReport {
 // RMS errors after 0, 1, ... terms, relative to the square root of white.
 std::vector<double> relativeErrors(const BuildReport& report);
 
+// Sizes of matrices and maps.
+MapSizes sizesOf(const lightfield::Views& views, const BuildOptions& options);
+
 // Maps of the views' mesh; matrices are made and factorised vertex by vertex. Only training views are read.
 // Equal for any number of threads. Throws Error, also for options out of range, and Cancelled.
 LightFieldMaps build(const lightfield::Views& views, const BuildOptions& options, BuildReport& report,

@@ -44,7 +44,8 @@ FactorError errorOf(const Factors& factors, size_t terms, const LightFieldMatrix
     productOf(factors, terms, sample, row);
     for (size_t cell = 0; cell < factors.cells; ++cell) {
       const size_t entry = sample * factors.cells + cell;
-      const double weight = matrix.weights.empty() ? 1 : matrix.weights[entry];
+      const double weight = double{matrix.weights.empty() ? 1 : matrix.weights[entry]} *
+                            double{matrix.cellWeights.empty() ? 1 : matrix.cellWeights[cell]};
       double squares = 0;
       for (size_t c = 0; c < channels; ++c) {
         const double difference =
@@ -72,17 +73,26 @@ void requireFitting(const LightFieldMatrix& matrix) {
   if (!matrix.weights.empty() && matrix.weights.size() != entries)
     throw Error::mismatch(std::to_string(entries) + " numbers", std::to_string(matrix.weights.size()))
         .at("weights");
-  for (size_t i = 0; i < matrix.weights.size(); ++i)
-    if (!(matrix.weights[i] >= 0) || !std::isfinite(matrix.weights[i]))
-      throw Error::mismatch("a finite number >= 0", numberText(matrix.weights[i]))
-          .at("weights[" + std::to_string(i) + "]");
+  if (!matrix.cellWeights.empty() && matrix.cellWeights.size() != matrix.cells)
+    throw Error::mismatch(std::to_string(matrix.cells) + " numbers",
+                          std::to_string(matrix.cellWeights.size()))
+        .at("cellWeights");
+  const auto requireWeights = [](std::span<const float> weights, const char* field) {
+    for (size_t i = 0; i < weights.size(); ++i)
+      if (!(weights[i] >= 0) || !std::isfinite(weights[i]))
+        throw Error::mismatch("a finite number >= 0", numberText(weights[i]))
+            .at(field + ("[" + std::to_string(i) + "]"));
+  };
+  requireWeights(matrix.weights, "weights");
+  requireWeights(matrix.cellWeights, "cellWeights");
 }
 
 // Weight of an entry in the fit.
 float weightOf(const LightFieldMatrix& matrix, size_t entry, float leastWeight) {
   const auto values = matrix.radiance.subspan(matrix.channels * entry, matrix.channels);
   if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return 0;
-  return matrix.weights.empty() ? 1 : std::max(matrix.weights[entry], leastWeight);
+  const float weight = matrix.weights.empty() ? 1 : std::max(matrix.weights[entry], leastWeight);
+  return matrix.cellWeights.empty() ? weight : weight * matrix.cellWeights[entry % matrix.cells];
 }
 
 // Weight as a share of the largest.

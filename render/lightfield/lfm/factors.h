@@ -32,6 +32,7 @@ struct LightFieldMatrix {
   std::span<const float> radiance; // [samples][cells][channels]
   std::span<const float> weights;  // [samples][cells], >= 0; 0 where nothing was observed. Empty: all are 1
   size_t channels = 3;
+  std::span<const float> cellWeights = {}; // [cells], >= 0, which multiply the weights. Empty: all are 1
 };
 
 struct FactorTerm {

@@ -126,9 +126,8 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   views.replaceMesh(std::move(resolution.mesh), progress);
   requireRatio(choice.compression, views.mesh()); // before all work
   lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
-  lightfield::foretellMemory(
-      input, memoryFor(Rings(views.mesh(), progress), {options.samples, options.viewSize, options.terms}),
-      "matrices and maps");
+  lightfield::foretellMemory(input, memoryFor(Rings(views.mesh(), progress), sizesOf(views, options)),
+                             "matrices and maps");
   BuildReport report;
   LightFieldMaps built = build(views, options, report, progress);
   const Stopwatch compression;

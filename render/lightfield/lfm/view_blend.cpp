@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -78,6 +79,9 @@ std::vector<std::array<uint32_t, 2>> segmentsOf(std::span<const DiscPoint> sites
   return segments;
 }
 
+// Barycentric coordinates down to this far below 0 count as in a triangle.
+constexpr double kRounding = 1e-9;
+
 // Barycentric coordinate of a corner as a linear function on the disc.
 struct Barycentric {
   double offset, alongX, alongY;
@@ -95,7 +99,6 @@ struct Barycentric {
 // Blends of the cells with centres in a triangle, unless they have one.
 void coverCells(const Triangle& corners, std::span<const DiscPoint> sites, const ViewGrid& grid,
                 std::vector<CellBlend>& blends, std::vector<uint8_t>& isCovered) {
-  constexpr double kRounding = 1e-9;
   const DiscPoint &a = sites[corners[0]], &b = sites[corners[1]], &c = sites[corners[2]];
   const std::array<Barycentric, 3> barycentrics{Barycentric(a, b, c), Barycentric(b, c, a),
                                                 Barycentric(c, a, b)};
@@ -187,6 +190,50 @@ std::vector<CellBlend> cellBlends(const SiteMesh& mesh, std::span<const DiscPoin
   for (const Triangle& corners : mesh.triangles) coverCells(corners, sites, grid, blends, isCovered);
   extrapolate(mesh.borders, sites, grid, blends, isCovered);
   return blends;
+}
+
+void pointBlends(const SiteMesh& mesh, std::span<const DiscPoint> sites, std::span<const DiscPoint> points,
+                 double reach, std::span<uint32_t> places, std::span<CellBlend> blends) {
+  assert(!mesh.borders.empty() && places.size() == points.size() && blends.size() == points.size());
+  std::vector<std::array<Barycentric, 3>> barycentrics;
+  barycentrics.reserve(mesh.triangles.size());
+  for (const auto& [a, b, c] : mesh.triangles)
+    barycentrics.push_back({Barycentric(sites[a], sites[b], sites[c]),
+                            Barycentric(sites[b], sites[c], sites[a]),
+                            Barycentric(sites[c], sites[a], sites[b])});
+  const auto isCovered = [&](size_t i, uint32_t triangle) {
+    const auto& [a, b, c] = barycentrics[triangle];
+    const Vec3<double> raw(a.at(points[i]), b.at(points[i]), c.at(points[i]));
+    if (!(raw.minCoeff() >= -kRounding)) return false;
+    const Vec3<double> weights = raw.cwiseMax(0) / raw.cwiseMax(0).sum();
+    blends[i] = {
+        mesh.triangles[triangle],
+        {static_cast<float>(weights[0]), static_cast<float>(weights[1]), static_cast<float>(weights[2])},
+        true};
+    places[i] = triangle;
+    return true;
+  };
+  const auto isInHull = [&](size_t i) {
+    if (places[i] < mesh.triangles.size() && isCovered(i, places[i])) return true;
+    for (uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle)
+      if (isCovered(i, triangle)) return true;
+    return false;
+  };
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (isInHull(i)) continue;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [from, to] : mesh.borders) {
+      const DiscPoint edge = sites[to] - sites[from], off = points[i] - sites[from];
+      const double length = edge.squaredNorm();
+      const double share = length > 0 ? std::clamp(off.dot(edge) / length, 0.0, 1.0) : 0.0;
+      const double distance = (off - share * edge).squaredNorm();
+      if (!(distance < least)) continue;
+      least = distance;
+      blends[i] = {{from, to, to},
+                   {static_cast<float>(1 - share), static_cast<float>(share), 0.f},
+                   distance <= reach * reach};
+    }
+  }
 }
 
 } // namespace surflect::lfm

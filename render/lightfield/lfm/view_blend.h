@@ -75,4 +75,10 @@ struct CellBlend {
 std::vector<CellBlend> cellBlends(const SiteMesh& mesh, std::span<const DiscPoint> sites,
                                   const ViewGrid& grid);
 
+// Blends at points of the disc, by the rule of cellBlends(): observed in the hull, or at most `reach` away.
+// `places` are triangles in which the search for a point begins, and which it updates: start from 0, and keep
+// them while sites and points move little. #places = #blends = #points. There must be a site.
+void pointBlends(const SiteMesh& mesh, std::span<const DiscPoint> sites, std::span<const DiscPoint> points,
+                 double reach, std::span<uint32_t> places, std::span<CellBlend> blends);
+
 } // namespace surflect::lfm

@@ -107,6 +107,25 @@ TEST(ViewBlend, ALinearFunctionHasItsValueAtTheNearestPointOfTheHull) {
   }
 }
 
+TEST(ViewBlend, PointsHaveTheBlendsOfCellsWithTheirCentresWhereverTheSearchBegins) {
+  const ViewGrid grid(16);
+  std::vector<DiscPoint> centers;
+  for (size_t cell = 0; cell < grid.cells(); ++cell) centers.push_back(grid.center(cell));
+  std::mt19937 random(3);
+  for (const Sites& sites : siteSets()) {
+    const SiteMesh mesh = siteMesh(sites);
+    const std::vector<CellBlend> cells = cellBlends(mesh, sites, grid);
+    std::vector<CellBlend> blends(grid.cells());
+    std::vector<uint32_t> places(grid.cells());
+    for (uint32_t& place : places) place = static_cast<uint32_t>(random() % 40);
+    pointBlends(mesh, sites, centers, 1.0 / grid.size(), places, blends);
+    for (size_t cell = 0; cell < grid.cells(); ++cell) {
+      EXPECT_LT((blended(blends[cell], sites) - blended(cells[cell], sites)).norm(), 2e-7);
+      EXPECT_EQ(blends[cell].isObserved, cells[cell].isObserved);
+    }
+  }
+}
+
 TEST(ViewBlend, CirclesOfTrianglesHoldNoOtherSite) {
   const Sites sites = randomSites(80, 3);
   const SiteMesh mesh = siteMesh(sites);
