@@ -73,7 +73,7 @@ Json frameJson(const method::FrameReport& frame) {
 
 Json environmentJson(const scene::Environment& environment, const method::EnvironmentReport& prepared) {
   return {{"image", environment.image.string()},
-          {"directions", environment.map->lights.size()},
+          {"texel_lights", environment.map->lights.size()},
           {"replaced_texels", environment.map->replaced},
           {"clamped_texels", environment.map->clamped},
           {"lights", prepared.lights},

@@ -12,8 +12,8 @@ namespace surflect::surfels {
 
 bool castsShadows(const weights::ReflectanceField& field, const weights::ShadeOptions& options,
                   std::optional<bool> choice) {
-  return choice.value_or(field.interpolation.shadows || usesTables(field, options)) &&
-         field.lightVisibility && field.levels && usesKriging(field, options);
+  return choice.value_or(usesShadowStates(field, options)) && field.lightVisibility && field.levels &&
+         usesKriging(field, options);
 }
 
 CastShadows::CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,

@@ -59,22 +59,21 @@ void addDirections(const weights::QueryBatch& batch, std::vector<Direction3<Acqu
                       batch.towardsView[query]);
 }
 
-// The deformed surfels `drawn` of a field, all if empty, with the tangents of an option; none for polar ones.
+} // namespace
+
 DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
                            const weights::ReflectanceField& field, std::span<const uint32_t> drawn) {
   if (tangents == Tangents::polar) return {};
   if (tangents == Tangents::bisector) return withBisectorFrames(deformed);
   assert(field.shared);
-  const double right = tangents == Tangents::across ? std::numbers::pi / 2 : 0;
+  const double fromFibre = tangents == Tangents::across ? std::numbers::pi / 2 : 0;
   std::vector<Angle> lines;
   for (uint32_t i = 0; i < deformed.size(); ++i) {
     const Angle fibre = field.shared->fibres[drawn.empty() ? i : drawn[i]];
-    lines.push_back(Angle::fromRadians(fibre.radians() + right));
+    lines.push_back(Angle::fromRadians(fibre.radians() + fromFibre));
   }
   return withCarriedLines(deformed, lines);
 }
-
-} // namespace
 
 FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {

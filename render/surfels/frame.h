@@ -53,9 +53,15 @@ struct FrameStats {
 enum class Tangents {
   polar,    // nearest to (u, v): polarFrame
   bisector, // [Weyrich 2005, Eqs. 8 and 9]: bisectorFrame
-  along,    // the warp carries grooves that run along the fibres of the model's tables: withCarriedLines
-  across    // the same across the fibres
+  along,    // the line along the fibre of the model's tables follows the warp: withCarriedLines
+  across    // the line across that fibre does
 };
+
+// Deformed surfels with the tangents of an option, for L alone; an empty cloud for polar ones, which need no
+// copy. drawn: numbers of these surfels in the field; all of its surfels if empty. Other than polar and
+// bisector need a field with tables.
+DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
+                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn = {});
 
 struct FrameOptions {
   weights::ShadeOptions shade;

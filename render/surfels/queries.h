@@ -19,9 +19,9 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
 // the warped tangents.
 DeformedCloud withBisectorFrames(DeformedCloud deformed);
 
-// A cloud with orthonormal tangents, for L alone, such that a line on the surface keeps its angle to them. A
-// brushed surface reflects by the direction of its grooves: in place of the polar factor, they turn by J.
-// lines: angle of each surfel's line from u0 towards v0 (#surfels).
+// A cloud with orthonormal tangents, for L alone, that turn with the image of a line under J, not by the
+// polar factor: L takes a groove that the warp carries back to where it was. lines: angle of each surfel's
+// line from u0 towards v0 (#surfels).
 DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines);
 
 // One query per entry of `surfels`, none of which may be dead. Environments are rotated by L; `environments`

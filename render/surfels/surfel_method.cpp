@@ -79,8 +79,8 @@ const method::Rows<SurfelOptions>& rows() {
           "tangents", [](auto& o) -> auto& { return o.frame.tangents; },
           {.domain = words({"polar", "bisector", "along", "across"}),
            .paper = "bisector",
-           .help = "orthonormal tangents of a warped surfel: polar factor, or Eq. 8 of Weyrich 2005; with "
-                   "tables, such that the warp carries grooves along or across the fibres"}),
+           .help = "orthonormal tangents of a warped surfel: polar factor, or Eq. 8 of Weyrich 2005; or "
+                   "the line along or across the fibre of a model's tables follows the warp"}),
       row<SurfelOptions>(
           "low_pass", [](auto& o) -> auto& { return o.frame.splats.lowPass; },
           {.domain = method::Range{0, 10}, .help = "least standard deviation of a splat, pixels"}),
@@ -250,8 +250,9 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const 
 }
 
 void SurfelRenderer::configure(const Setting& setting) {
-  options_ = frameOptions(setting);
-  requireFibres(*model_, options_.tangents);
+  FrameOptions options = frameOptions(setting);
+  requireFibres(*model_, options.tangents);
+  options_ = std::move(options);
   description_.identity =
       fmt::format("model {} {} simd {}", hex(model_->identity),
                   method::textOf(method::withoutDefaults(rowsOf(*model_, options_.shade), setting)),

@@ -65,7 +65,7 @@ constexpr std::array kRules = {
     Rule{"shadows_unmatched", true, "photographs have the requested shadow state", "% of surfels and lights",
          5, false,
          "Few photographs show these places in light, or in shadow: add lights, or compare --shadows off."},
-    Rule{"shared", true, "surfels that tables answer more than their own photographs do",
+    Rule{"shared", true, "surfels of whose light from lamps tables answer more than half",
          "% of those visible", std::nullopt, false, ""},
     Rule{"frame_weights", true, "weights of photographs sum to 1", "", 1e-5, false,
          "This is a fault of the program: please report it with the script."},

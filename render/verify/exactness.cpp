@@ -31,7 +31,7 @@ std::string photographName(const std::string& camera, const std::string& light) 
 Check surfelCheck(const model::Model& model, weights::ShadeOptions options, const Bounds& bounds,
                   const Progress& progress) {
   options.usesAlpha = false; // the stored photographs are not multiplied by alpha
-  const MetQueries met = metQueries(model);
+  const MetQueries met = metQueries(model, options);
   if (met.batch.size() == 0) return inapplicable("exact_surfels", "no camera sees a surfel well");
   codec::BlockCache cache(model.files, size_t{1} << 28);
   shading::ShadingStats stats;

@@ -79,7 +79,9 @@ private:
   void ask() {
     const surfels::LitScene lit = surfels::litScene(scene_, options_.environmentError, model_, options_.shade,
                                                     workspace_.environments, progress_);
-    batch_ = surfels::queriesAt(model_.cloud, cloud_, visible_, scene_.camera, lit.scene.lights,
+    const DeformedCloud ofOptions = surfels::withTangents(options_.tangents, cloud_, model_);
+    const DeformedCloud& tangents = options_.tangents == surfels::Tangents::polar ? cloud_ : ofOptions;
+    batch_ = surfels::queriesAt(model_.cloud, tangents, visible_, scene_.camera, lit.scene.lights,
                                 lit.environments, progress_);
     if (surfels::castsShadows(model_, options_.shade, options_.shadows) && batch_.lights > 0) {
       if (!workspace_.occluders) workspace_.occluders = occludersOf(model_.cloud, *model_.levels);
@@ -251,8 +253,10 @@ private:
     if (model_.shared) {
       const size_t shared = countOf(flags_.isShared);
       add("shared", percent(shared, count),
-          fmt::format("{} of {} visible surfels are answered mainly by photographs of other surfels", shared,
-                      count),
+          fmt::format(
+              "tables answer more than half of {} of {} visible surfels under lamps, hence photographs "
+              "of other surfels too",
+              shared, count),
           someOf(flags_.isShared));
     } else {
       checks_.push_back(inapplicable("shared", "the model has no tables"));

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -44,10 +45,10 @@ weights::QueryBatch randomQueries(const model::Model& model) {
   return batch;
 }
 
-MetQueries metQueries(const model::Model& model) {
+MetQueries metQueries(const model::Model& model, const weights::ShadeOptions& options) {
   MetQueries met;
   met.batch.lights = model.rig.lights.empty() ? 0 : 1;
-  const bool usesShadows = model.lightVisibility && model.interpolation.shadows;
+  const bool usesShadows = usesShadowStates(model, options);
   for (const size_t i : evenlySpaced(model.cloud.size(), kTriedSurfels)) {
     const auto fades = model.visibility.of(i);
     if (fades.empty()) continue;
@@ -151,14 +152,15 @@ Check weightsCheck(const model::Model& model, const weights::ShadeOptions& optio
       fmt::format("from random views at {} surfels, weights sum to 1 within {:.1e}", batch.size(), error));
 }
 
-// The weight of all cameras in the direction of the one that is met, in the answer of photographs. Where
-// tables answer alone, it is their share of all factors.
+// Share of the cameras in the direction of the one that is met, in the weights of each target: of
+// photographs, and of those that correct tables. The least of a query counts; without any, it is 0.
 Check metViewCheck(const model::Model& model, const weights::ShadeOptions& options, const Bounds& bounds) {
-  const auto [batch, met, columns] = metQueries(model);
+  const auto [batch, met, columns] = metQueries(model, options);
   if (batch.size() == 0) return inapplicable("met_view", "no camera sees a surfel well");
   const shading::ShadingPlan plan = shading::planShading(model, batch, options);
   std::vector<capture::Viewpoint<AcquisitionSpace>> views;
   for (const capture::View& view : model.rig.views) views.emplace_back(view.camera);
+  constexpr double kNoPhotograph = 2;
   const std::vector<double> sums = weightSums(plan);
   std::vector<double> weight(plan.targets(), 0);
   for (const shading::ShadingOp& op : plan.ops) {
@@ -167,11 +169,13 @@ Check metViewCheck(const model::Model& model, const weights::ShadeOptions& optio
     if (angleBetween(views[op.view].towards(p0).raw(), views[met[query]].towards(p0).raw()) < 1e-3)
       weight[op.target] += double{op.weight};
   }
-  std::vector<double> least(batch.size(), 1);
+  std::vector<double> least(batch.size(), kNoPhotograph);
   for (size_t target = 0; target < plan.targets(); ++target)
     if (sums[target] > 0)
       least[target / plan.targetsPerPlace] =
           std::min(least[target / plan.targetsPerPlace], weight[target] / sums[target]);
+  for (double& each : least)
+    if (each == kNoPhotograph) each = 0;
   const auto worst = std::ranges::min_element(least);
   const auto query = static_cast<size_t>(worst - least.begin());
   return judged(
@@ -339,7 +343,7 @@ double weightError(const shading::ShadingPlan& plan, std::span<const double> sum
     if (plan.tablesPerPlace > 0 && isOfLight && plan.tableShares[place * plan.tablesPerPlace + own] >= 1)
       continue;
     const double error = std::abs(sums[place * plan.targetsPerPlace + own] - 1);
-    if (!(error <= largest)) largest = error;
+    largest = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(largest, error);
   }
   return largest;
 }

@@ -27,7 +27,7 @@ struct MetQueries {
   weights::QueryBatch batch;
   std::vector<uint32_t> view, column; // one per query: the camera, and the light as a column of its file
 };
-MetQueries metQueries(const model::Model& model);
+MetQueries metQueries(const model::Model& model, const weights::ShadeOptions& options);
 
 // Laws are tried at thousands of surfels, with random warps, views and lights from a fixed seed; coverage and
 // precision at all surfels. Throws Cancelled.

@@ -452,10 +452,7 @@ public:
         progress_.checkpoint();
         rest.interpolation = candidates[c].choice;
         rest.lightBlend.foreshortened = candidates[c].foreshortened;
-        const weights::InterpolationChoice& choice = candidates[c].choice;
-        const bool usesStates =
-            choice.shadows || choice.kind == weights::Interpolation::shared; // as castsShadows
-        batch.reached = usesStates ? reached : std::vector<float>{};
+        batch.reached = weights::usesShadowStates(rest, {}) ? reached : std::vector<float>{};
         shading::ShadingPlan plan = shading::planShading(rest, batch, {});
         renumber(plan, left);
         use(left, batch.surfels, c, shading::shade(plan, cache_, stats_), truth);
@@ -516,9 +513,8 @@ private:
 };
 
 // Candidates: with tables, without, separate. The tables that are tried are fitted without every fourth
-// camera and light. In each fold, the photographs that correct them lack one of these cameras or lights, too.
-// The same folds tell the trust, one number a table, and whether tables are better: half of them tell it too
-// coarsely.
+// camera and light; each fold leaves one of these out of the photographs that correct them, too. Trust and
+// the comparison that follows use the same folds: half of the folds would be too few for either.
 TableSelection selectTables(const Model& model, const SharedSample& shared,
                             std::span<const Candidate, 3> candidates, const Progress& progress) {
   constexpr size_t kApart = 4;

@@ -99,29 +99,29 @@ std::vector<Angle> fibresNear(const SharedReflectance& sample, const SurfelPlace
   return fibres;
 }
 
-// Mixes errors and gains of surfels (`tables` of each) that are told in part with those of the nearest
-// surfels that are told wholly. enough: the told part, 0..1 (#surfels).
-void completeFromNearest(std::span<const Point3<AcquisitionSpace>> places, std::span<const float> enough,
+// Mixes errors and gains of surfels (`tables` of each) with those of the nearest surfels whose own share
+// is 1. ownShare: part that a surfel's own photographs decide, 0..1 (#surfels).
+void completeFromNearest(std::span<const Point3<AcquisitionSpace>> places, std::span<const float> ownShare,
                          size_t tables, std::span<float> errors, std::span<Rgb> gains) {
   constexpr size_t kNearest = 8;
-  std::vector<uint32_t> told;
-  std::vector<Point3<AcquisitionSpace>> toldPlaces;
-  for (uint32_t s = 0; s < enough.size(); ++s)
-    if (enough[s] >= 1) {
-      told.push_back(s);
-      toldPlaces.push_back(places[s]);
+  std::vector<uint32_t> whole;
+  std::vector<Point3<AcquisitionSpace>> wholePlaces;
+  for (uint32_t s = 0; s < ownShare.size(); ++s)
+    if (ownShare[s] >= 1) {
+      whole.push_back(s);
+      wholePlaces.push_back(places[s]);
     }
-  if (told.empty()) return;
-  const NeighborIndex index(toldPlaces);
-  tbb::parallel_for(size_t{0}, enough.size(), [&](size_t s) {
-    if (enough[s] >= 1) return;
+  if (whole.empty()) return;
+  const NeighborIndex index(wholePlaces);
+  tbb::parallel_for(size_t{0}, ownShare.size(), [&](size_t s) {
+    if (ownShare[s] >= 1) return;
     const auto near = index.nearest(places[s], kNearest);
-    const float share = (1 - enough[s]) / static_cast<float>(near.size());
+    const float share = (1 - ownShare[s]) / static_cast<float>(near.size());
     for (size_t i = s * tables; i < (s + 1) * tables; ++i) {
-      errors[i] *= enough[s];
-      gains[i] = enough[s] * gains[i];
+      errors[i] *= ownShare[s];
+      gains[i] = ownShare[s] * gains[i];
       for (const auto& [neighbor, distance] : near) {
-        const size_t other = told[neighbor] * tables + i - s * tables;
+        const size_t other = whole[neighbor] * tables + i - s * tables;
         errors[i] += share * errors[other];
         gains[i] = gains[i] + share * gains[other];
       }
@@ -245,7 +245,7 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
       sample.white, sample.tables, sample.trust, fibresNear(sample, sampled, surfels), {}, {}};
   std::vector<float> errors(count * tables);
   std::vector<Rgb> gains(count * tables); // by each table alone
-  std::vector<float> enough(count);       // part of errors and gains that a surfel's own photographs tell
+  std::vector<float> ownShare(count);     // min(1, photographs / kEnough)
   for (size_t begin = 0; begin < count; begin += kSurfelsAtOnce) {
     progress.checkpoint();
     const size_t end = std::min(count, begin + kSurfelsAtOnce);
@@ -256,7 +256,7 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
     along.directions = directions;
     const std::vector<TablePlace> places = placesOf(sample.tables.grid, directions);
     for (size_t s = begin; s < end; ++s)
-      enough[s] =
+      ownShare[s] =
           std::min(1.f, static_cast<float>(along.first[s - begin + 1] - along.first[s - begin]) / kEnough);
     for (size_t table = 0; table < tables; ++table) {
       const auto predictions = predictionsOf(sample.tables.grid, sample.tables.nodes(table), along, places);
@@ -268,7 +268,7 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
       }
     }
   }
-  completeFromNearest(surfels.places, enough, tables, errors, gains);
+  completeFromNearest(surfels.places, ownShare, tables, errors, gains);
   errors = smoothedErrors(surfels.places, errors);
   for (size_t s = 0; s < count; ++s) {
     const TableMixture mixture = mixtureOf(std::span(errors).subspan(s * tables, tables));

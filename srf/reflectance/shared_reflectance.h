@@ -67,10 +67,11 @@ SharedReflectance refitReflectance(const SharedReflectance& shared, const Photog
 using PhotographsOf = std::function<PhotographArrays(size_t begin, size_t end)>;
 
 // The tables of a sample, with fibres, mixtures and gains of all surfels. Gains are those by each table
-// alone, mixed as the tables are. A surfel with fewer than kEnough photographs takes part of its errors and
-// gains from the nearest surfels with enough, all of them without any. Asks for the photographs of
-// kSurfelsAtOnce surfels at a time. Throws Cancelled.
-inline constexpr size_t kSurfelsAtOnce = 1 << 16, kEnough = 8;
+// alone, mixed as the tables are. A surfel with n < kEnough photographs takes 1 - n / kEnough of its errors
+// and gains from the nearest surfels with kEnough. Asks for the photographs of kSurfelsAtOnce surfels at a
+// time. Throws Cancelled.
+inline constexpr size_t kSurfelsAtOnce = 1 << 16;
+inline constexpr size_t kEnough = 8;
 SharedReflectance spreadReflectance(const SharedReflectance& sample, const SurfelPlaces& sampled,
                                     const SurfelPlaces& surfels, const PhotographsOf& photographsOf,
                                     const Progress& progress = {});

@@ -342,7 +342,8 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
         .at("interpolation shared")
         .in(field.folder);
   if (options.foreshortened.value_or(false) &&
-      (isFixed || (!field.isFullProduct && !usesKriging(field, options))))
+      (isFixed ||
+       (!field.isFullProduct && (!usesKriging(field, options) || isSeparateBesideTables(field, options)))))
     throw Error::mismatch("photographs under all lights from all cameras, or --interpolation kriging",
                           isFixed ? "fixed illumination" : "pairs of cameras and lights")
         .at("foreshortening on")

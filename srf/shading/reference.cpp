@@ -238,7 +238,7 @@ private:
   // Answers a share of a light.
   void addUlr(const QueryLight& source, float answered) {
     const std::vector<Pair> all = pairs();
-    weights::NearestCandidates nearest(options_.nearest ? 1 : pairCount(field_, options_));
+    weights::NearestCandidates nearest(options_.nearest ? 1 : ulrPairCount(field_, options_));
     for (uint32_t number = 0; number < all.size(); ++number)
       nearest.offer(
           {number, penalty(all[number].view, anglePenalty(towardsLight(all[number].light), source.towards))});

@@ -120,7 +120,8 @@ std::optional<Direction3<EnvironmentSpace, double>> mirrorBallDirection(double u
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress) {
   const auto count = static_cast<double>(radiance.values.size()) / radiance.channels;
-  const int parts = static_cast<int>(std::ceil(std::sqrt(kLeastLights / count))); // along a texel's side
+  const int parts = static_cast<int>(
+      std::ceil(std::sqrt(static_cast<double>(kLeastParts) / count))); // along a texel's side
   const int width = radiance.width * parts, height = radiance.height * parts;
   // Direction of a part. Empty outside of a disk, to which a texel belongs by its middle.
   const auto directionOf = [&](int x, int y) {

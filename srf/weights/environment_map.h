@@ -51,6 +51,7 @@ struct EnvironmentLight {
   friend bool operator==(const EnvironmentLight&, const EnvironmentLight&) = default;
 };
 
+inline constexpr size_t kLeastParts = 128 * 64;
 struct EnvironmentMap {
   std::vector<EnvironmentLight> lights; // of nonzero texels or their parts; solid angles sum to 4 pi
   size_t replaced = 0;                  // texels with negative or NaN samples, which count as 0
@@ -62,8 +63,8 @@ struct EnvironmentMap {
 inline constexpr float kLargestHalf = 65504;
 
 // Lights of a map of grey or RGB radiance; alpha is ignored. The texels of a small map are divided into
-// parts of the same radiance, at least kLeastLights in all: a few texels are no lamps. Throws Cancelled.
-inline constexpr double kLeastLights = 128 * 64;
+// parts of the same radiance, so that the image, which is not empty, has kLeastParts: a few texels are no
+// lamps. Throws Cancelled.
 EnvironmentMap environmentOf(const image::Image& radiance, EnvironmentMapping mapping,
                              const Progress& progress = {});
 

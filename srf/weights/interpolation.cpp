@@ -21,6 +21,10 @@ size_t pairCount(const ReflectanceField& field, const ShadeOptions& options) {
   return options.pairs.value_or(interpolationOf(field, options) >= Interpolation::kriging ? 6 : 4);
 }
 
+size_t ulrPairCount(const ReflectanceField& field, const ShadeOptions& options) {
+  return isSeparateBesideTables(field, options) ? options.pairs.value_or(4) : pairCount(field, options);
+}
+
 bool usesKriging(const ReflectanceField& field, const ShadeOptions& options) {
   return !field.rig.lights.empty() && !options.nearest &&
          interpolationOf(field, options) >= Interpolation::kriging;
@@ -29,6 +33,10 @@ bool usesKriging(const ReflectanceField& field, const ShadeOptions& options) {
 bool usesTables(const ReflectanceField& field, const ShadeOptions& options) {
   return usesKriging(field, options) && interpolationOf(field, options) == Interpolation::shared &&
          field.shared;
+}
+
+bool usesShadowStates(const ReflectanceField& field, const ShadeOptions& options) {
+  return field.lightVisibility && (field.interpolation.shadows || usesTables(field, options));
 }
 
 bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options) {

@@ -60,11 +60,17 @@ LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options
 // ULR. Six move highlights more smoothly than four; ULR hardly gains by them.
 size_t pairCount(const ReflectanceField& field, const ShadeOptions& options);
 
+// The same for pairs under ULR: where cameras and lights are not weighted by kriging.
+size_t ulrPairCount(const ReflectanceField& field, const ShadeOptions& options);
+
 // True if directional and point lights are answered by pairs of cameras and lights: kriging or tables.
 bool usesKriging(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if tables answer directional and point lights.
 bool usesTables(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if the model's choice is to answer by shadow states, for a field that has them; tables need them.
+bool usesShadowStates(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if the rest that tables leave is answered as by separate, not by kriging.
 bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options);

@@ -269,7 +269,7 @@ PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolation
     : field_(field), coverage_(coverage), batch_(batch), nearest_(options.nearest),
       foreshortened_(lightBlend(field, options).foreshortened),
       isKriged_(usesKriging(field, options) && !isSeparateBesideTables(field, options)),
-      count_(options.nearest ? 1 : pairCount(field, options)), weightError_(options.weightError),
+      count_(options.nearest ? 1 : ulrPairCount(field, options)), weightError_(options.weightError),
       pairs_(field), rig_(field), views_(field, batch, options), lightPenalties_(field.rig.lights.size()) {
   if (usesKriging(field, options)) kriging_.emplace(field, batch, options, pairs_, rig_);
   if (usesTables(field, options)) shared_.emplace(field);

@@ -171,7 +171,7 @@ class Render(TestInFolder):
         frames = self.folder / "lit"
         report = succeed("render", script, "-o", frames)
         (environment,) = report["environments"]
-        self.assertEqual(environment["directions"], 8192)
+        self.assertEqual(environment["texel_lights"], 8192)
         self.assertEqual((environment["replaced_texels"], environment["clamped_texels"]), (0, 0))
         self.assertIn(environment["lights"], range(2, 33))
         self.assertGreater(environment["seconds"], 0)

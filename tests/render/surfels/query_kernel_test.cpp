@@ -159,7 +159,7 @@ TEST(QueryKernel, AViewerOnASurfelIsSeenInSomeDirection) {
   }
 }
 
-// A line that L J takes where it was at rest: a groove that the warp carries along.
+// L J keeps the direction of a line.
 TEST(CarriedLines, KeepTheirAngleToTheTangents) {
   Rng random(8);
   const Scene scene = randomScene(500, random);

@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 
 #include <numbers>
+#include <numeric>
 
 namespace surflect::reflectance {
 namespace {
@@ -82,6 +83,36 @@ TEST(SharedReflectance, IsTheSameForAnyNumberOfThreads) {
   const SharedReflectance again = run();
   EXPECT_EQ(again.tables.values, many.tables.values);
   EXPECT_EQ(again.gains, many.gains);
+}
+
+// A surfel without photographs has the mean gain of the eight nearest; one with kEnough has its own.
+TEST(SharedReflectance, SurfelsWithFewPhotographsFollowTheirNeighbours) {
+  std::mt19937 random(4);
+  const Disc disc = randomDisc(100, 20, random);
+  const SurfelPlaces surfels{disc.places, disc.frames};
+  const SharedReflectance sample = shareReflectance(
+      disc.photographs.view(), surfels, {.white = planted::kWhite, .grid = {{9, 9, 3, 3}}, .mostTables = 1});
+  const auto gainsWith = [&](size_t ofFirst) { // of all surfels, with so many photographs of the first one
+    PhotographArrays fewer;
+    for (uint32_t s = 0; s < disc.places.size(); ++s) {
+      const uint32_t begin = disc.photographs.first[s];
+      const size_t count = s == 0 ? ofFirst : disc.photographs.first[s + 1] - begin;
+      for (size_t i = begin; i < begin + count; ++i)
+        fewer.add(disc.photographs.directions[i], disc.photographs.links[i], disc.photographs.reflectance[i]);
+      fewer.endSurfel();
+    }
+    return spreadReflectance(sample, surfels, surfels, [&](size_t, size_t) { return fewer; }).gains;
+  };
+  const std::vector<Rgb> whole = gainsWith(20), none = gainsWith(0);
+  std::vector<uint32_t> others(disc.places.size() - 1);
+  std::iota(others.begin(), others.end(), 1u);
+  std::ranges::sort(others, {},
+                    [&](uint32_t s) { return (disc.places[s].raw() - disc.places[0].raw()).norm(); });
+  Rgb mean;
+  for (size_t i = 0; i < 8; ++i) mean = mean + 1.f / 8 * whole[others[i]];
+  EXPECT_NEAR(none[0].g, mean.g, 1e-5);
+  EXPECT_GT(std::abs(whole[0].g - mean.g), 0.01);
+  EXPECT_TRUE(std::equal(whole.begin() + 1, whole.end(), none.begin() + 1));
 }
 
 TEST(SharedReflectance, OfSurfelsWithoutPhotographsIsBlack) {

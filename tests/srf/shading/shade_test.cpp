@@ -193,8 +193,8 @@ TEST_F(ShadeFittedTables, GiveBackThePhotographOfACapturedRay) {
   }
 }
 
-// The largest step along 1,000 paths of viewer, light and shadow state halves with the steps, but for what
-// the noise of rounding leaves.
+// The largest step along each of 1,000 paths of viewer, light and shadow state falls below 0.6 of itself when
+// there are four times as many steps, but for rounding.
 TEST_F(ShadeFittedTables, AnswerContinuously) {
   constexpr uint32_t kPaths = 1000;
   const weights::QueryBatch ends = randomBatch(model, 2 * kPaths, 1, random);
@@ -248,8 +248,7 @@ TEST_F(ShadeFittedTables, HaveTheSameBitsForAnyNumberOfThreads) {
   EXPECT_EQ(shade(model, batch, shared, small, stats).radiance, many);
 }
 
-// Under white light from all around, a matte surface is as bright as its albedo. Towards views along the
-// surface, smoothing shows: a mean of 0.975 at a cosine of 0.4.
+// Under white light from all around, a matte surface is as bright as its albedo.
 TEST(ShadeFurnace, TablesOfAMatteSurfaceKeepItsAlbedo) {
   constexpr float kFacing = 0.6f;
   const Studio studio{.cameras = 20, .lights = 12};
