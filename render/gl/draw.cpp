@@ -42,8 +42,6 @@ GLenum named(Compare compare) {
     return GL_LEQUAL;
   case Compare::equal:
     return GL_EQUAL;
-  case Compare::greater:
-    return GL_GREATER;
   }
   std::abort();
 }

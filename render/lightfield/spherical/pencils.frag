@@ -1,23 +1,21 @@
 #version 450 core
 // Radiance of a ray by one pencil; the class Reference of reference.h has the plain form, reprojection.h the symbols.
 
-const int kMostSteps = 64, kRefinements = 10, kStepsBack = 8, kRefinementsBack = 4;
-const float kSolid = 0.5, kNoHeight = -9.0, kMargin = 1.0 / 1024.0, kTolerance = 2.0, kHidden = 1.0 / 1024.0;
+const int kMostSteps = 64, kRefinements = 10;
+const float kSolid = 0.5, kNoHeight = -9.0, kMargin = 1.0 / 1024.0;
 
 in vec3 crossingScaled;
 in float weight;
 flat in vec4 viewerAndSlot;
 flat in vec2 heightRange;
 layout(location = 0) out vec4 color;        // premultiplied
-layout(location = 1) out float depthTimesAlpha; // or, with a surface, the weight
+layout(location = 1) out float depthTimesAlpha;
 
 uniform float mip;
 uniform float imageSize;  // texels of the largest mip level
 uniform int depthCorrected;
-uniform int hasSurface;
 layout(binding = 0) uniform sampler2DArray colors;
 layout(binding = 1) uniform sampler2DArray heights;
-layout(binding = 2) uniform sampler2D surface; // distance along the viewing axis; 0 beside the object
 
 float above(vec2 plane, vec2 slope, float slot, float h) {
   return textureLod(heights, vec3(plane + h * slope, slot), mip).r - h;
@@ -34,9 +32,9 @@ bool passesSphere(vec3 e, vec2 plane, vec2 slope) {
 }
 
 // crossing() of reprojection.cpp; x is a height, y how far the object is above it.
-float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low, int refinements) {
+float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
   int kept = 0;
-  for (int i = 0; i < refinements && low.y > 0.0; ++i) {
+  for (int i = 0; i < kRefinements && low.y > 0.0; ++i) {
     float h = high.x + (low.x - high.x) * high.y / (high.y - low.y), value = above(plane, slope, slot, h);
     if (value >= 0.0) {
       low = vec2(h, value);
@@ -63,7 +61,7 @@ float heightMet(vec2 plane, vec2 slope, float slot, float viewer) {
     float h = start - (start - end) * float(i) / float(steps);
     vec2 low = vec2(h, above(plane, slope, slot, h));
     if (high.y < 0.0 && low.y >= 0.0) {
-      h = crossing(plane, slope, slot, high, low, kRefinements);
+      h = crossing(plane, slope, slot, high, low);
       float alpha = textureLod(colors, vec3(plane + h * slope, slot), mip).a;
       if (alpha > metAlpha) {
         met = h;
@@ -76,51 +74,12 @@ float heightMet(vec2 plane, vec2 slope, float slot, float viewer) {
   return met;
 }
 
-// pointShown() of reprojection.h: height and weight.
-vec2 pointShown(vec2 plane, vec2 slope, float slot, float viewer, float height) {
-  float texel = exp2(mip) / imageSize;
-  vec2 low = vec2(height, above(plane, slope, slot, height));
-  float inFront = low.y / (kTolerance * texel);
-  if (inFront <= 2.0) return vec2(height, min(1.0, 2.0 - inFront));
-  float most = min(viewer, heightRange.y + kMargin), rise = texel / max(length(slope), texel);
-  for (int i = 0; i < kStepsBack && low.x < most; ++i, rise *= 2.0) {
-    float h = min(low.x + rise, most);
-    vec2 high = vec2(h, above(plane, slope, slot, h));
-    if (high.y < 0.0) return vec2(crossing(plane, slope, slot, high, low, kRefinementsBack), 0.0);
-    low = high;
-  }
-  return vec2(height, 0.0);
-}
-
-// weightOfAlpha() of reprojection.h.
-float weightOfAlpha(float alpha) {
-  float solid = clamp(2.0 * alpha - 1.0, 0.0, 1.0);
-  return solid * solid;
-}
-
-// A point of the surface, which all pencils know.
-void showSurface(vec3 e, vec2 plane, vec2 slope) {
-  float slot = viewerAndSlot.w;
-  float distance = texelFetch(surface, ivec2(gl_FragCoord.xy), 0).r;
-  if (distance == 0.0) return;
-  // The scale is the ray's descent, and gl_FragCoord.w the inverse of its part along the viewing axis.
-  vec2 shown = pointShown(plane, slope, slot, e.z, e.z - distance * crossingScaled.z * gl_FragCoord.w);
-  vec4 texel = textureLod(colors, vec3(plane + shown.x * slope, slot), mip);
-  float share = max(weight, 0.0) * max(kHidden, shown.y * weightOfAlpha(texel.a));
-  color = share * texel;
-  depthTimesAlpha = share;
-}
-
 void main() {
   color = vec4(0.0);
   depthTimesAlpha = 0.0;
   vec3 e = viewerAndSlot.xyz;
   vec2 plane = crossingScaled.xy / crossingScaled.z;
   vec2 slope = (e.xy - plane) / e.z;
-  if (hasSurface == 1) {
-    showSurface(e, plane, slope);
-    return;
-  }
   if (!passesSphere(e, plane, slope)) return;
   float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w, e.z) : 0.0;
   if (height == kNoHeight) return;

@@ -16,7 +16,7 @@ flat out vec2 heightRange;
 
 void main() {
   gl_Position = clipFromRay * vec4(ray, 1.0);
-  gl_Position.z = gl_Position.w; // directions have no depth: behind all of the surface
+  gl_Position.z = 0.5 * gl_Position.w; // directions have no depth
   crossingScaled = crossing.xyz;
   weight = crossing.w;
   viewerAndSlot = viewer;

@@ -19,7 +19,6 @@ namespace {
 struct RaySum {
   Eigen::Vector4d color = Eigen::Vector4d::Zero();
   double depth = 0; // times alpha
-  double weight = 0;
 };
 
 struct Ray {
@@ -43,24 +42,11 @@ void addPencil(const ShownImage& shown, const ImageAxes& axes, const Sphere& sph
   sum.depth += color[3] * (e[2] - *height) / -w[2] * ray.alongAxis;
 }
 
-// `distance` of the surface along the ray.
-void addSurface(const ShownImage& shown, const ImageAxes& axes, const Sphere& sphere, const Ray& ray,
-                double distance, double mip, double weight, RaySum& sum) {
-  const Vec3<double> e = placeOf(sphere, axes, ray.origin), w = vectorOf(sphere, axes, ray.direction);
-  if (!(e[2] > 0 && w[2] < 0)) return;
-  const Vec2<double> plane = atPlane(e, w), slope = slopeOf(e, plane);
-  const ShownPoint point = pointShown(*shown.image, plane, slope, e[2], e[2] + distance * w[2], mip);
-  const Eigen::Vector4d color = colorAt(*shown.image, plane + point.height * slope, mip);
-  const double share = weight * std::max(kHidden, point.weight * weightOfAlpha(color[3]));
-  sum.color += share * color;
-  sum.weight += share;
-}
-
 } // namespace
 
 Picture renderReference(const DirectionTree& tree, const FieldShape& shape, const ShownImageOf& imageOf,
                         const capture::Camera<AcquisitionSpace>& camera, const Look& look,
-                        const RayCaster<AcquisitionSpace>* surface, const Progress& progress) {
+                        const Progress& progress) {
   windowOf(camera, shape.sphere); // refuses cameras
   Picture picture{image::Image(camera.lens.width, camera.lens.height, 4),
                   image::Image(camera.lens.width, camera.lens.height, 1)};
@@ -75,25 +61,12 @@ Picture renderReference(const DirectionTree& tree, const FieldShape& shape, cons
       const auto inCamera = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5})->direction;
       const Ray ray{viewer, worldFromCamera(inCamera).raw(), -inCamera.z()};
       RaySum sum;
-      const bool isSurface = surface && look.depth;
-      const auto hit = isSurface
-                           ? surface->firstHit(camera.center(),
-                                               assume<Direction3<AcquisitionSpace, double>>(ray.direction))
-                           : std::nullopt;
       for (const LevelShare& level : levelShares(look.detail, shape.levels))
         for (const PencilShare& share : pencilShares(tree, level.level, -ray.direction, look.interpolated)) {
           const ShownImage shown = imageOf(share.pencil);
-          const ImageAxes axes = axesOf(tree.direction(shown.number));
-          const double weight = level.weight * share.weight;
-          if (hit)
-            addSurface(shown, axes, shape.sphere, ray, hit->distance, mip, weight, sum);
-          else if (!isSurface)
-            addPencil(shown, axes, shape.sphere, ray, look, mip, weight, sum);
+          addPencil(shown, axesOf(tree.direction(shown.number)), shape.sphere, ray, look, mip,
+                    level.weight * share.weight, sum);
         }
-      if (sum.weight > 0) {
-        sum.color /= sum.weight;
-        sum.depth = sum.color[3] * hit->distance * ray.alongAxis;
-      }
       std::ranges::copy(sum.color.cast<float>(), picture.color.at(x, y).begin());
       picture.depth.at(x, y)[0] = sum.color[3] > 0 ? static_cast<float>(sum.depth / sum.color[3])
                                                    : std::numeric_limits<float>::infinity();

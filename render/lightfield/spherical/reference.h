@@ -7,7 +7,6 @@
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 #include "surfel/base/time.h"
-#include "surfel/geometry/ray_caster.h"
 
 #include <functional>
 
@@ -25,10 +24,9 @@ struct Picture {
   image::Image depth; // distance along the viewing axis, infinite where alpha is 0
 };
 
-// The camera is a pinhole outside the object's sphere. `surface`: rays of the object's mesh, which with
-// Look::depth all pencils show. Throws Error for other cameras, and Cancelled.
+// The camera is a pinhole outside the object's sphere. Throws Error for other cameras, and Cancelled.
 Picture renderReference(const DirectionTree& tree, const FieldShape& shape, const ShownImageOf& imageOf,
                         const capture::Camera<AcquisitionSpace>& camera, const Look& look,
-                        const RayCaster<AcquisitionSpace>* surface = nullptr, const Progress& progress = {});
+                        const Progress& progress = {});
 
 } // namespace surflect::spherical

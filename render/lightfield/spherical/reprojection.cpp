@@ -7,18 +7,15 @@ namespace surflect::spherical {
 
 namespace {
 
-constexpr double kMargin = 1.0 / 1024; // beyond the heights, so that rounding leaves none of them uncrossed
-
 struct HeightAbove {
   double h, above;
 };
 
 // Zero of a function between a place where it is negative and one where it is not, by the Illinois method:
 // false position that halves the value at an end which is kept twice.
-template <class Above>
-double crossing(const Above& above, HeightAbove high, HeightAbove low, int refinements) {
+template <class Above> double crossing(const Above& above, HeightAbove high, HeightAbove low) {
   int kept = 0; // how often in a row: the high end if positive, the low one if negative
-  for (int i = 0; i < refinements && low.above > 0; ++i) {
+  for (int i = 0; i < kRefinements && low.above > 0; ++i) {
     const double h = high.h + (low.h - high.h) * high.above / (high.above - low.above), value = above(h);
     if (value >= 0) {
       low = {h, value};
@@ -52,6 +49,7 @@ bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2
 }
 
 March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip) {
+  constexpr double kMargin = 1.0 / 1024; // beyond the heights, so that rounding leaves none of them uncrossed
   March march{std::min(viewer, double{range.highest} + kMargin), double{range.lowest} - kMargin};
   const double texels = (march.from - march.to) * slope.norm() * size * std::exp2(-mip);
   march.steps = static_cast<int>(std::clamp(std::ceil(texels), 1.0, 0.0 + kMostSteps));
@@ -68,7 +66,7 @@ std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& at
   for (int i = 1; i <= march.steps; ++i) {
     const double low = march.from - (march.from - march.to) * i / march.steps, lowAbove = above(low);
     if (highAbove < 0 && lowAbove >= 0) {
-      const double h = crossing(above, {high, highAbove}, {low, lowAbove}, kRefinements);
+      const double h = crossing(above, {high, highAbove}, {low, lowAbove});
       const double alpha = colorAt(image, atPlane + h * slope, mip)[3];
       if (alpha > metAlpha) met = h, metAlpha = alpha;
       if (alpha >= kSolid) break;
@@ -76,29 +74,6 @@ std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& at
     high = low, highAbove = lowAbove;
   }
   return met;
-}
-
-ShownPoint pointShown(const PencilImage& image, const Vec2<double>& atPlane, const Vec2<double>& slope,
-                      double viewer, double height, double mip) {
-  const auto aboveAt = [&](double h) { return heightAt(image, atPlane + h * slope, mip) - h; };
-  const double texel = std::exp2(mip) / image.mips[0].size;
-  HeightAbove low{height, aboveAt(height)};
-  const double inFront = low.above / (kTolerance * texel);
-  if (inFront <= 2) return {height, std::min(1.0, 2 - inFront)};
-  const double most = std::min(viewer, double{image.range.highest} + kMargin);
-  double rise = texel / std::max(slope.norm(), texel);
-  for (int i = 0; i < kStepsBack && low.h < most; ++i, rise *= 2) {
-    const double h = std::min(low.h + rise, most);
-    const HeightAbove high{h, aboveAt(h)};
-    if (high.above < 0) return {crossing(aboveAt, high, low, kRefinementsBack), 0};
-    low = high;
-  }
-  return {height, 0};
-}
-
-double weightOfAlpha(double alpha) {
-  const double solid = std::clamp(2 * alpha - 1, 0.0, 1.0);
-  return solid * solid;
 }
 
 double mipFor(const Sphere& sphere, int size, double distance, double pixel) {

@@ -1,8 +1,5 @@
 // Point where a viewer's ray meets the image of a pencil: on the image plane, or on the heights above it.
 //
-// Where the object's surface is known, as a mesh, all pencils show the same point of it, and the image's
-// heights tell whether the pencil sees it: no ray is followed.
-//
 // [Domingo 2007, §3.1] casts rays to the plane alone; depth is left there as future work.
 // Symbols, in the coordinates of an image (pencil_image.h): e viewer, w vector of the ray, x(h) place where
 // the ray passes at height h, g change of x with h, H(x) height of the object.
@@ -40,28 +37,6 @@ struct March {
   int steps = 0;
 };
 March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip);
-
-// A point of the object that the viewer sees, as the image of a pencil shows it.
-struct ShownPoint {
-  double height = 0; // where the ray reads the image
-  double weight = 0; // 0..1
-};
-
-// `height`: of the point, on the ray. An image whose heights are there, or below, shows the point with weight
-// 1. The weight falls to 0 from kTolerance to 2 kTolerance texels in front. If the image shows something
-// farther in front, the point is hidden in it: the ray reads the place where, coming back from the point, it
-// leaves the object, found within kStepsBack steps, each twice as long as the one before; or else the
-// point's.
-ShownPoint pointShown(const PencilImage& image, const Vec2<double>& atPlane, const Vec2<double>& slope,
-                      double viewer, double height, double mip);
-
-// Texels at outlines, which are partly covered, count less in the pencil's weight: 0 up to an alpha of
-// kSolid, 1 for opaque ones.
-double weightOfAlpha(double alpha);
-
-inline constexpr int kStepsBack = 8, kRefinementsBack = 4;
-inline constexpr double kTolerance = 2;
-inline constexpr double kHidden = 1.0 / 1024; // weight of images that show nothing of a point
 
 // Mip level whose texels are as wide as `pixel`, the angle of a pixel, at the middle of the object; 0 if all
 // are wider. The viewer is `distance` away.

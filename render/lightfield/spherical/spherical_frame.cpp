@@ -53,21 +53,13 @@ struct Vertices {
 
 SphericalFrame::Target::Target(int width, int height)
     : color({gl::Format::rgba32f, width, height}), depth({gl::Format::r32f, width, height}),
-      surface({gl::Format::r32f, width, height}), surfaceDepth({gl::Format::depth32f, width, height}),
-      framebuffer("spherical", {{&color}, {&depth}}, {&surfaceDepth}),
-      surfaceFramebuffer("surface of a spherical light field", {{&surface}}, {&surfaceDepth}) {}
+      framebuffer("spherical", {{&color}, {&depth}}) {}
 
-SphericalFrame::SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots,
-                               const TriangleMesh& surface)
+SphericalFrame::SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots)
     : shape_(shape), ranges_(slots), colors_(textureShape(gl::Format::rgba16f, shape.size, slots)),
       heights_(textureShape(gl::Format::r32f, shape.size, slots)),
-      program_(kShaders, {"pencils.vert", "pencils.frag"}),
-      surfaceProgram_(kShaders, {"surface.vert", "surface.frag"}),
-      textureBytes_(slots * imageBytes(shape.size)) {
+      program_(kShaders, {"pencils.vert", "pencils.frag"}), textureBytes_(slots * imageBytes(shape.size)) {
   for (ImageNumber image = 0; image < shape.images(); ++image) axes_.push_back(axesOf(tree.direction(image)));
-  if (surface.triangles.empty()) return;
-  surface_.emplace(gl::vertexArrayOf(surface));
-  for (const auto& p : surface.positions) surfaceBox_.extend(p.raw().cast<double>());
 }
 
 void SphericalFrame::upload(uint32_t slot, const PencilImage& image) {
@@ -91,8 +83,6 @@ void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, cons
     target_.reset();
     target_.emplace(width, height);
   }
-  showsSurface_ = look.depth && surface_;
-  if (showsSurface_) drawSurface();
   target_->framebuffer.clearColor(0, {0, 0, 0, 0});
   target_->framebuffer.clearColor(1, {0, 0, 0, 0});
   const double distance = (camera.center().raw() - shape_.sphere.middle).norm();
@@ -102,16 +92,6 @@ void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, cons
       "mip", static_cast<float>(std::max(look.mip, mipFor(shape_.sphere, shape_.size, distance, 1 / focal))));
   program_.set("imageSize", static_cast<float>(shape_.size));
   program_.set("depthCorrected", look.depth ? 1 : 0);
-  program_.set("hasSurface", showsSurface_ ? 1 : 0);
-}
-
-void SphericalFrame::drawSurface() {
-  target_->surfaceFramebuffer.clearColor(0, {0, 0, 0, 0});
-  target_->surfaceFramebuffer.clearDepth();
-  surfaceProgram_.set("clipFromWorld", gl::clipFromWorld(camera_, surfaceBox_));
-  gl::draw(
-      {target_->surfaceFramebuffer, surfaceProgram_, {}, {.depth = gl::Compare::less, .writeDepth = true}},
-      *surface_);
 }
 
 void SphericalFrame::add(std::span<const TexturedTriangle> triangles) {
@@ -134,33 +114,22 @@ void SphericalFrame::add(std::span<const TexturedTriangle> triangles) {
                                                        {2, 4, bytes(vertices.viewers)},
                                                        {3, 2, bytes(vertices.ranges)}}};
   const gl::VertexArray mesh(attributes);
-  std::vector<const gl::Texture*> textures{&colors_, &heights_};
-  if (showsSurface_) textures.push_back(&target_->surface);
+  const std::array<const gl::Texture*, 2> textures{&colors_, &heights_};
   gl::draw({target_->framebuffer,
             program_,
             textures,
-            {.blend = {gl::Factor::one, gl::Factor::one, gl::Equation::add},
-             .depth = showsSurface_ ? gl::Compare::greater : gl::Compare::always}}, // on the object alone
+            {.blend = {gl::Factor::one, gl::Factor::one, gl::Equation::add}}},
            mesh);
 }
 
 Picture SphericalFrame::read(bool depth) {
-  image::Image color = target_->color.read();
-  if (showsSurface_) {
-    const image::Image weights = target_->depth.read();
-    for (size_t i = 0; i < weights.values.size(); ++i)
-      for (size_t channel = 0; channel < 4 && weights.values[i] > 0; ++channel)
-        color.values[4 * i + channel] /= weights.values[i];
-  }
+  const image::Image color = target_->color.read();
   Picture picture{image::squareMeans(color, samples_), {}};
   if (!depth) return picture;
-  image::Image distances = showsSurface_ ? target_->surface.read() : target_->depth.read();
+  image::Image distances = target_->depth.read();
   for (size_t i = 0; i < distances.values.size(); ++i) {
     const float alpha = color.values[4 * i + 3];
-    if (!(alpha > 0))
-      distances.values[i] = std::numeric_limits<float>::infinity();
-    else if (!showsSurface_)
-      distances.values[i] /= alpha;
+    distances.values[i] = alpha > 0 ? distances.values[i] / alpha : std::numeric_limits<float>::infinity();
   }
   picture.depth = image::squareMinima(distances, samples_);
   return picture;

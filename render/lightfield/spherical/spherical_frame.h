@@ -2,7 +2,6 @@
 // and summed by their weights, in single precision. reference.h has the plain form.  [Domingo 2007, §3.1]
 #pragma once
 
-#include "render/gl/buffers.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -11,9 +10,6 @@
 #include "render/lightfield/spherical/pencil_weights.h"
 #include "render/lightfield/spherical/reference.h"
 #include "srf/capture/camera.h"
-#include "surfel/geometry/mesh.h"
-
-#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <cstdint>
@@ -33,10 +29,8 @@ struct TexturedTriangle {
 // Belongs to the current context, as the objects of render/gl do.
 class SphericalFrame : public TextureStore {
 public:
-  // `surface`: mesh of the object, which with Look::depth all pencils show; empty: rays are followed. Throws
-  // Error if the driver cannot make textures of so many slots.
-  SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots,
-                 const TriangleMesh& surface = {});
+  // Throws Error if the driver cannot make textures of so many slots.
+  SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots);
 
   void upload(uint32_t slot, const PencilImage& image) override;
 
@@ -51,21 +45,16 @@ public:
 
 private:
   struct Target {
-    gl::Texture color, depth;          // depth times alpha; with a surface, weights
-    gl::Texture surface, surfaceDepth; // distances along the viewing axis, 0 beside the object
-    gl::Framebuffer framebuffer, surfaceFramebuffer;
+    gl::Texture color, depth;
+    gl::Framebuffer framebuffer;
     Target(int width, int height);
   };
-  void drawSurface();
 
   FieldShape shape_;
   std::vector<ImageAxes> axes_;     // by image
   std::vector<HeightRange> ranges_; // by slot
   gl::Texture colors_, heights_;
-  gl::Program program_, surfaceProgram_;
-  std::optional<gl::VertexArray> surface_;
-  Eigen::AlignedBox3d surfaceBox_;
-  bool showsSurface_ = false; // in the picture that was begun
+  gl::Program program_;
   std::optional<Target> target_;
   capture::Camera<AcquisitionSpace> camera_; // of the picture that was begun
   int samples_ = 1;

@@ -51,38 +51,6 @@ TEST(Reprojection, ARayMeetsAPlateauAtItsHeight) {
   }
 }
 
-TEST(Reprojection, AKnownPointCountsWhereTheImageShowsIt) {
-  const PencilImage image = plateaus(20000, 60000);
-  const double low = valueOf(20000), texel = 1.0 / kSize;
-  const auto shownAt = [&](double height) {
-    const Ray ray = through({0.2, 0.5}, height, {0.1, 0.2});
-    return pointShown(image, ray.atPlane, ray.slope, 2, height, 0);
-  };
-  for (const double height : {low - 1.5 * texel, low, low + 0.1}) {
-    EXPECT_EQ(shownAt(height).height, height);
-    EXPECT_EQ(shownAt(height).weight, 1);
-  }
-  EXPECT_NEAR(shownAt(low - 3 * texel).weight, 0.5, 1e-7);
-  EXPECT_EQ(shownAt(low - 4.5 * texel).weight, 0);
-}
-
-TEST(Reprojection, AHiddenPointIsReadWhereItsRayLeavesTheObject) {
-  std::mt19937 random(2);
-  std::uniform_real_distribution<double> place(0.6, 0.9), slope(0.6, 2);
-  const PencilImage image = plateaus(10000, 60000);
-  const double high = valueOf(60000), height = valueOf(10000);
-  for (int i = 0; i < 1000; ++i) { // under the right plateau; towards the viewer its ray goes left
-    const Ray ray = through({place(random), 0.5}, height, {-slope(random), 0});
-    const ShownPoint shown = pointShown(image, ray.atPlane, ray.slope, 2, height, 0);
-    EXPECT_EQ(shown.weight, 0);
-    const double x = ray.atPlane[0] + shown.height * ray.slope[0];
-    if (shown.height < high - 1e-3) // in the wall between the plateaus
-      EXPECT_NEAR(x, 0.5, 1.0 / kSize);
-    else
-      EXPECT_NEAR(shown.height, high, 0.01);
-  }
-}
-
 TEST(Reprojection, NothingBehindTheViewerIsMet) {
   const PencilImage image = plateaus(20000, 60000);
   EXPECT_FALSE(heightMet(image, {0.8, 0.5}, {0, 0}, valueOf(50000), 0)); // inside of the right plateau

@@ -28,38 +28,30 @@ protected:
   void SetUp() override {
     const size_t images = field_->shape.images();
     frame_ = std::make_unique<SphericalFrame>(field_->tree, field_->shape, images);
-    surfaced_ = std::make_unique<SphericalFrame>(field_->tree, field_->shape, images, field_->mesh);
-    for (uint32_t image = 0; image < images; ++image)
-      for (SphericalFrame* frame : {frame_.get(), surfaced_.get()})
-        frame->upload(image, field_->images[image]);
+    for (uint32_t image = 0; image < images; ++image) frame_->upload(image, field_->images[image]);
   }
   void TearDown() override {
-    frame_.reset(), surfaced_.reset();
+    frame_.reset();
     gl::GlTest::TearDown();
   }
 
   Picture rendered(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples = 1) {
-    return rendered(*frame_, camera, look, samples);
-  }
-  static Picture rendered(SphericalFrame& frame, const capture::Camera<AcquisitionSpace>& camera,
-                          const Look& look, int samples = 1) {
     const FramePlan plan = planFrame(field_->tree, windowOf(camera, field_->shape.sphere), look);
     std::vector<TexturedTriangle> triangles;
     for (const WeightedTriangle& triangle : plan.triangles)
       triangles.push_back({triangle, imageOf(triangle.pencil), imageOf(triangle.pencil)});
-    frame.begin(camera, look, samples);
-    frame.add(triangles);
-    return frame.read(true);
+    frame_->begin(camera, look, samples);
+    frame_->add(triangles);
+    return frame_->read(true);
   }
-  static Picture reference(const capture::Camera<AcquisitionSpace>& camera, const Look& look,
-                           const RayCaster<AcquisitionSpace>* surface = nullptr) {
+  static Picture reference(const capture::Camera<AcquisitionSpace>& camera, const Look& look) {
     return renderReference(
-        field_->tree, field_->shape, [](const Pencil& pencil) { return field_->shown(pencil); }, camera, look,
-        surface);
+        field_->tree, field_->shape, [](const Pencil& pencil) { return field_->shown(pencil); }, camera,
+        look);
   }
 
   static inline std::unique_ptr<SyntheticField> field_;
-  std::unique_ptr<SphericalFrame> frame_, surfaced_; // without and with the object's mesh
+  std::unique_ptr<SphericalFrame> frame_;
 };
 
 std::vector<Look> allLooks() {
@@ -78,56 +70,6 @@ TEST_F(SphericalFrameTest, AgreesWithTheReference) {
     EXPECT_GT(decibels(rendered(camera, look).color, reference(camera, look).color), 46)
         << look.detail << " depth " << look.depth << " interpolated " << look.interpolated;
   }
-}
-
-TEST_F(SphericalFrameTest, WithASurfaceAgreesWithTheReference) {
-  std::mt19937 random(11);
-  for (const Look& look : allLooks()) {
-    const auto camera = cameraAt((3 + 0.02 * static_cast<double>(random() % 100)) * randomUnit(random), 96);
-    const Picture found = rendered(*surfaced_, camera, look),
-                  expected = reference(camera, look, &field_->rays);
-    EXPECT_GT(decibels(found.color, expected.color), 46)
-        << look.detail << " depth " << look.depth << " interpolated " << look.interpolated;
-  }
-}
-
-// Whatever the texels of images are.
-TEST_F(SphericalFrameTest, WithASurfaceOutlinesAndDepthsAreThoseOfTheMesh) {
-  std::mt19937 random(12);
-  for (const double detail : {0.0, 1.5, 3.0}) {
-    const auto camera = cameraAt(3.5 * randomUnit(random), 96);
-    const Picture found = rendered(*surfaced_, camera, {detail, 0, true, true});
-    const auto worldFromCamera = camera.cameraFromWorld.inverse();
-    size_t covered = 0, wrong = 0, far = 0;
-    for (int y = 0; y < 96; ++y)
-      for (int x = 0; x < 96; ++x) {
-        const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
-        const auto hit = field_->rays.firstHit(camera.center(), worldFromCamera(ray->direction));
-        covered += hit.has_value();
-        const float alpha = found.color.at(x, y)[3], depth = found.depth.at(x, y)[0];
-        wrong += hit.has_value() != (alpha > 0);
-        far += hit && !(std::abs(depth - hit->distance * -ray->direction.z()) < 1e-3);
-      }
-    EXPECT_GT(covered, 1000u);
-    EXPECT_LE(wrong, 4u) << detail;         // on the outline, by rounding
-    EXPECT_LT(far, covered / 60) << detail; // at grazing angles, by the steps of the rasteriser
-  }
-}
-
-TEST_F(SphericalFrameTest, ASurfaceMakesNoLevelWorse) {
-  std::mt19937 random(13);
-  for (const double detail : {0.0, 1.0, 2.0, 3.0})
-    for (const bool interpolated : {false, true}) {
-      double without = 0, with = 0;
-      for (int i = 0; i < 4; ++i) {
-        const auto camera = cameraAt(3.5 * randomUnit(random), 96);
-        const image::Image truth = field_->truth(camera);
-        const Look look{detail, 0, true, interpolated};
-        without += decibels(rendered(camera, look).color, truth) / 4;
-        with += decibels(rendered(*surfaced_, camera, look).color, truth) / 4;
-      }
-      EXPECT_GT(with, without) << detail << " interpolated " << interpolated;
-    }
 }
 
 TEST_F(SphericalFrameTest, DepthAgreesWithTheReferenceAndTheTruth) {
