@@ -173,12 +173,12 @@ class Render(TestInFolder):
         (environment,) = report["environments"]
         self.assertEqual(environment["texel_lights"], 8192)
         self.assertEqual((environment["replaced_texels"], environment["clamped_texels"]), (0, 0))
-        self.assertIn(environment["lights"], range(2, 33))
+        self.assertGreater(environment["lights"], 1)
         self.assertGreater(environment["seconds"], 0)
-        for way, key_lights in (("separate", 0), ("kriging", 1)):
+        for way in ("separate", "kriging"):
             (environment,) = succeed("render", script, "-o", self.folder / way, "--frames", "1-1", "--interpolation",
                                      way)["environments"]
-            self.assertEqual(environment["key_lights"], key_lights)
+            self.assertEqual(environment["key_lights"] > 0, way == "kriging")
         self.assertEqual(len(succeed("render", script, "-o", frames, "--resume")["frames"]), 0)
         lit = content(frames)
         self.assertNotEqual(lit, self.film)

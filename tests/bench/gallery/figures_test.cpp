@@ -147,26 +147,26 @@ protected:
 
 TEST_F(ReflectanceImage, EachTexelShinesFromTheLightNearestToIt) {
   std::mt19937 random(3);
-  image::Image environment(32, 16, 3);
+  image::Image environment(128, 64, 3);
   for (int k = 0; k < 4; ++k) {
-    const auto texel = environment.at(static_cast<int>(random() % 32), static_cast<int>(random() % 16));
-    for (float& value : texel) value = static_cast<float>(1 + random() % 1000);
+    const auto texel = environment.at(static_cast<int>(random() % 128), static_cast<int>(random() % 64));
+    for (float& value : texel) value = static_cast<float>(16 * (1 + random() % 1000));
   }
   // Lat-long directions as docs define them, with z of the world up and y in the middle.
   image::Image wanted(studio_.size, studio_.size, 4);
-  for (int y = 0; y < 16; ++y)
-    for (int x = 0; x < 32; ++x) {
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 128; ++x) {
       const auto texel = environment.at(x, y);
       if (texel[0] == 0) continue;
-      const double latitude = std::numbers::pi * (0.5 - (y + 0.5) / 16),
-                   longitude = 2 * std::numbers::pi * ((x + 0.5) / 32 - 0.5);
+      const double latitude = std::numbers::pi * (0.5 - (y + 0.5) / 64),
+                   longitude = 2 * std::numbers::pi * ((x + 0.5) / 128 - 0.5);
       const Vec3<double> direction(std::sin(longitude) * std::cos(latitude),
                                    std::cos(longitude) * std::cos(latitude), std::sin(latitude));
       const auto towards = std::ranges::max(studio::spiral(kLights), {},
                                             [&](const Vec3<double>& light) { return light.dot(direction); });
       const double solidAngle =
-          2 * std::numbers::pi / 32 *
-          (std::sin(latitude + std::numbers::pi / 32) - std::sin(latitude - std::numbers::pi / 32));
+          2 * std::numbers::pi / 128 *
+          (std::sin(latitude + std::numbers::pi / 128) - std::sin(latitude - std::numbers::pi / 128));
       const Rgb irradiance = static_cast<float>(solidAngle) * Rgb{texel[0], texel[1], texel[2]};
       const image::Image lit = studio::overBlack(view_, [&](const Vec3<float>& n) {
         return studio::lambert(studio_.albedo, irradiance, n, towards.cast<float>());
