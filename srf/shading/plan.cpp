@@ -311,7 +311,8 @@ private:
   // Cameras and lights apart: of environments, if every camera has every light, or of all that tables leave.
   std::optional<ProductPlanner> product_;
   bool isSeparate_ = false; // the product answers lights where tables do not
-  // What tables leave of the planned queries: irradiance of each light, and mean share of all sources.
+  // The rest that tables leave, of each planned query: irradiance of each light, and mean share of all
+  // sources.
   std::vector<Rgb> rest_;
   std::vector<float> restShares_;
   Emitter emitter_;

@@ -60,7 +60,7 @@ LightBlend lightBlend(const ReflectanceField& field, const ShadeOptions& options
 // ULR. Six move highlights more smoothly than four; ULR hardly gains by them.
 size_t pairCount(const ReflectanceField& field, const ShadeOptions& options);
 
-// The same for pairs under ULR: where cameras and lights are not weighted by kriging.
+// Number of pairs to blend under ULR, where kriging does not weight them.
 size_t ulrPairCount(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if directional and point lights are answered by pairs of cameras and lights: kriging or tables.

@@ -280,7 +280,7 @@ Division divided(std::span<const Facet> facets, const Plane& plane, double toler
       sides.front.push_back(crossing.front);
       sides.back.push_back(crossing.back);
     }
-  // Of pieces in one plane the first one of the mesh is in front.
+  // In one plane, the first piece of the mesh is in front.
   std::ranges::stable_sort(sides.inPlane, std::greater<>(), &Facet::triangle);
   return sides;
 }
