@@ -58,13 +58,14 @@ constexpr uint32_t kTableSurfels = 40;
 reflectance::SharedReflectance randomTables() {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> any(0, 1);
-  reflectance::SharedReflectance shared{0.25f, {{{5, 5, 3, 3}}, {}}, {1, 0.25f, 0}, {}, {}, {}};
+  reflectance::SharedReflectance shared{0.25f, {{{5, 5, 3, 3}}, {}}, {1, 0.25f, 0}, {}, {}, {}, {}};
   for (int table = 0; table < 3; ++table) {
     std::vector<Rgb> nodes;
     for (size_t node = 0; node < shared.tables.grid.size(); ++node) nodes.push_back({any(random), 2, -0.5f});
     shared.tables.add(nodes);
   }
   for (uint32_t i = 0; i < kTableSurfels; ++i) {
+    shared.tilts.push_back({0.2f * any(random) - 0.1f, 0.25f});
     shared.fibres.push_back(Angle::fromRadians(any(random) * std::numbers::pi));
     const float second = 0.4f * any(random), third = 0.2f * any(random);
     shared.mixtures.push_back({{2, 0, 1}, {1 - second - third, second, third}});
@@ -76,11 +77,11 @@ reflectance::SharedReflectance randomTables() {
 // A table file in version 1.
 std::vector<std::byte> uncompressed(std::vector<std::byte> packed) {
   constexpr size_t kHeader = 52; // with the trust in three tables
-  std::vector<std::byte> arrays(6 * 3 * reflectance::TableGrid{{5, 5, 3, 3}}.size() + 14 * kTableSurfels);
+  std::vector<std::byte> arrays(6 * 3 * reflectance::TableGrid{{5, 5, 3, 3}}.size() + 18 * kTableSurfels);
   EXPECT_TRUE(image::inflatesTo(std::span(packed).subspan(kHeader), arrays));
   packed.resize(kHeader);
   packed[8] = std::byte{1};
-  packed.insert(packed.end(), arrays.begin(), arrays.end());
+  packed.insert(packed.end(), arrays.begin(), arrays.end() - 4 * kTableSurfels); // without tilts
   return packed;
 }
 
@@ -94,6 +95,8 @@ TEST(TableFile, WhatIsPackedIsUnpackedWithinItsPrecision) {
   EXPECT_EQ(got.trust, shared.trust);
   for (uint32_t i = 0; i < kTableSurfels; ++i) {
     EXPECT_NEAR(std::sin(got.fibres[i].radians() - shared.fibres[i].radians()), 0, 1e-4);
+    EXPECT_NEAR(got.tilts[i].u, shared.tilts[i].u, 1e-4);
+    EXPECT_EQ(got.tilts[i].v, 0.25f);
     EXPECT_EQ(got.mixtures[i].table, shared.mixtures[i].table);
     for (size_t m = 0; m < 3; ++m)
       EXPECT_NEAR(got.mixtures[i].weight[m], shared.mixtures[i].weight[m], 1 / 254.);
@@ -122,9 +125,13 @@ TEST(TableFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
   EXPECT_EQ(complaintOf(16, 4), "nodes: found 4, expected odd numbers");
   EXPECT_EQ(complaintOf(32, 0), "tables: found 0, expected 1..255");
   EXPECT_EQ(image::errorOf([&] { unpackTables(packed, 7); }), "surfels: found 40, expected 7");
-  EXPECT_EQ(complaintOf(8, 3), "version: found 3, expected 1..2");
+  EXPECT_EQ(complaintOf(8, 4), "version: found 4, expected 1..3");
   EXPECT_EQ(complaintOf(packed.size() - 1, ~static_cast<uint8_t>(packed.back())),
-            "arrays: found other content, expected a zlib stream of 2666 bytes");
+            "arrays: found other content, expected a zlib stream of 2826 bytes");
+  std::vector<std::byte> vast = packed; // tables of 255^4 nodes, refused before their memory is taken
+  for (const size_t at : {16, 20, 24, 28}) vast[at] = std::byte{255};
+  EXPECT_EQ(
+      image::errorOf([&] { unpackTables(vast, kTableSurfels); }).rfind("arrays: found other content", 0), 0u);
   std::vector<std::byte> plain = uncompressed(packed);
   plain[plain.size() - 9 * kTableSurfels] ^= std::byte{1}; // a weight
   EXPECT_EQ(image::errorOf([&] { unpackTables(plain, kTableSurfels); }).rfind("weights[0]: found 25", 0), 0u);
@@ -132,7 +139,9 @@ TEST(TableFile, ErrorsNameTheFieldWhatWasFoundAndExpected) {
 
 TEST(TableFile, VersionOneHasTheSameArraysUncompressed) {
   const std::vector<std::byte> packed = packTables(randomTables()), plain = uncompressed(packed);
-  EXPECT_EQ(packTables(unpackTables(plain, kTableSurfels)), packed);
+  reflectance::SharedReflectance withoutTilts = randomTables();
+  withoutTilts.tilts.assign(kTableSurfels, {});
+  EXPECT_EQ(packTables(unpackTables(plain, kTableSurfels)), packTables(withoutTilts));
   tryDamage(plain, [&](std::span<const std::byte> damaged) { unpackTables(damaged, kTableSurfels); });
 }
 

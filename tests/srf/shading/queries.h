@@ -2,10 +2,13 @@
 #pragma once
 
 #include "srf/model/model.h"
-#include "srf/shading/plan.h"
+#include "srf/shading/reference.h"
+#include "srf/shading/shade.h"
 #include "tests/support/random.h"
 #include "tests/support/synthetic_capture.h"
 
+#include <algorithm>
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -116,10 +119,34 @@ protected:
   std::mt19937 random{seed};
 };
 
-// Gives a model two random tables, and each surfel a random fibre, mixture, gain and share of them.
+inline constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
+
+// Largest difference between shaded radiance and reference, relative to white.
+inline double errorOfShading(const model::Model& model, const weights::QueryBatch& batch,
+                             const weights::ShadeOptions& options) {
+  codec::BlockCache cache(model.files, everything);
+  shading::ShadingStats stats;
+  const auto fast = shading::shade(model, batch, options, cache, stats).radiance;
+  const auto exact = shading::shadeReference(shading::planReference(model, batch, options), cache);
+  double worst = 0;
+  EXPECT_EQ(fast.size(), exact.size());
+  for (size_t q = 0; q < exact.size(); ++q)
+    worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
+                      std::abs(fast[q].b - exact[q][2])});
+  return worst / model.white;
+}
+
+inline void addEnvironment(weights::QueryBatch& batch, std::span<const weights::EnvironmentLight> lights,
+                           std::mt19937& random) {
+  batch.environments.push_back({lights, {0.5f, 1, 2}, weights::LightExtrapolation::fade, nullptr});
+  for (size_t q = 0; q < batch.size(); ++q)
+    batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
+}
+
+// Gives a model two random tables, and each surfel a random tilt, fibre, mixture, gain and share of them.
 inline void giveTables(model::Model& model, std::mt19937& random) {
   std::uniform_real_distribution<float> any(0, 1);
-  reflectance::SharedReflectance shared{0.3f, {{{9, 9, 3, 3}}, {}}, {1, 0.75f}, {}, {}, {}};
+  reflectance::SharedReflectance shared{0.3f, {{{9, 9, 3, 3}}, {}}, {1, 0.75f}, {}, {}, {}, {}};
   for (size_t table = 0; table < 2; ++table) {
     std::vector<Rgb> nodes;
     for (size_t node = 0; node < shared.tables.grid.size(); ++node) {
@@ -129,6 +156,7 @@ inline void giveTables(model::Model& model, std::mt19937& random) {
     shared.tables.add(nodes);
   }
   for (size_t surfel = 0; surfel < model.cloud.size(); ++surfel) {
+    shared.tilts.push_back({0.2f * any(random) - 0.1f, 0.2f * any(random) - 0.1f});
     shared.fibres.push_back(Angle::fromDegrees(180 * any(random)));
     const float weight = any(random);
     shared.mixtures.push_back({{0, 1, 0}, {weight, 1 - weight, 0}});

@@ -1,12 +1,10 @@
 #include "srf/shading/shade.h"
 
 #include "srf/capture/photograph.h"
-#include "srf/model/shared_surface.h"
 #include "srf/shading/reference.h"
 #include "tests/srf/shading/queries.h"
 #include "tests/support/random.h"
 
-#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -17,8 +15,6 @@ namespace surflect::shading {
 namespace {
 
 using namespace studio;
-
-constexpr size_t everything = size_t{1} << 30; // cache budget in bytes
 
 weights::QueryBatch permuted(const weights::QueryBatch& batch, std::span<const size_t> order) {
   weights::QueryBatch result;
@@ -84,204 +80,6 @@ TEST_F(Shade, TheQueueEqualsTheDoublePrecisionReference) {
     worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
                       std::abs(fast[q].b - exact[q][2])});
   EXPECT_LT(worst / model.white, 2.7e-7);
-}
-
-// Largest difference between shaded radiance and reference, relative to white.
-double errorOfShading(const model::Model& model, const weights::QueryBatch& batch,
-                      const weights::ShadeOptions& options) {
-  codec::BlockCache cache(model.files, everything);
-  ShadingStats stats;
-  const auto fast = shade(model, batch, options, cache, stats).radiance;
-  const auto exact = shadeReference(planReference(model, batch, options), cache);
-  double worst = 0;
-  EXPECT_EQ(fast.size(), exact.size());
-  for (size_t q = 0; q < exact.size(); ++q)
-    worst = std::max({worst, std::abs(fast[q].r - exact[q][0]), std::abs(fast[q].g - exact[q][1]),
-                      std::abs(fast[q].b - exact[q][2])});
-  return worst / model.white;
-}
-
-void addEnvironment(weights::QueryBatch& batch, std::span<const weights::EnvironmentLight> lights,
-                    std::mt19937& random) {
-  batch.environments.push_back({lights, {0.5f, 1, 2}, weights::LightExtrapolation::fade, nullptr});
-  for (size_t q = 0; q < batch.size(); ++q)
-    batch.acquisitionFromEnvironment.emplace_back(turnFromZ(randomDirection(random).raw()));
-}
-
-// Compares shading by random tables with the reference: random shadow states, places that share the weights
-// of a query, an environment, and both ways to answer what tables leave.
-void expectTablesEqualTheReference(model::Model& model, std::mt19937& random, double bound = 3e-6) {
-  giveTables(model, random);
-  for (const auto otherwise : {weights::Interpolation::separate, weights::Interpolation::kriging}) {
-    model.interpolation.otherwise = otherwise;
-    weights::QueryBatch batch = randomBatch(model, 300, 2, random);
-    batch.extrapolation = {weights::LightExtrapolation::fade, weights::LightExtrapolation::clamp};
-    EXPECT_LT(errorOfShading(model, batch, {}), bound);
-    std::uniform_real_distribution<float> state(0, 1);
-    for (size_t i = 0; i < batch.towardsLight.size(); ++i) batch.reached.push_back(state(random));
-    EXPECT_LT(errorOfShading(model, batch, {}), bound);
-    for (uint32_t query = 0; query < batch.size(); ++query) {
-      batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
-      for (size_t more = 0; more <= query % 3; ++more)
-        batch.places.push_back(static_cast<uint32_t>((batch.surfels[query] + more) % model.cloud.size()));
-    }
-    batch.firstPlace.push_back(static_cast<uint32_t>(batch.places.size()));
-    EXPECT_LT(errorOfShading(model, batch, {}), bound);
-    const std::vector<weights::EnvironmentLight> lights{{{0, 0, 1}, {1, 2, 3}}, {{0, 1, 0}, {2, 1, 0.5f}}};
-    addEnvironment(batch, lights, random);
-    EXPECT_LT(errorOfShading(model, batch, {}), bound);
-  }
-}
-
-class ShadeTables : public ProductQueries {};
-TEST_F(ShadeTables, EqualTheReference) { expectTablesEqualTheReference(model, random); }
-
-TEST_F(ShadeTables, UnderColouredPointLightsEqualTheReference) {
-  for (size_t light = 0; light < model.rig.lights.size(); ++light) {
-    const auto place = assume<Point3<AcquisitionSpace, double>>(5 * randomUnit(random));
-    model.rig.lights[light].kind =
-        capture::PointLight{place, {static_cast<float>(25 + 25 * (light % 3)), 50, 12}};
-  }
-  expectTablesEqualTheReference(model, random, 2.5e-5); // by single precision, for irradiance up to 4
-}
-
-class ShadeTablesWithGaps : public PairQueries {};
-TEST_F(ShadeTablesWithGaps, EqualTheReference) { expectTablesEqualTheReference(model, random); }
-
-class ShadeTablesWithFewGaps : public NearPairQueries {};
-TEST_F(ShadeTablesWithFewGaps, EqualTheReference) { expectTablesEqualTheReference(model, random); }
-
-// Tables that pack has fitted to a glossy sphere.
-class ShadeFittedTables : public TableQueries {
-protected:
-  ShadeFittedTables() {
-    shared.interpolation = weights::Interpolation::shared;
-    model.shared->trust.assign(model.shared->trust.size(), 1.f);
-  }
-  std::vector<Rgb> shaded(const weights::QueryBatch& batch) {
-    return shade(model, batch, shared, cache, stats).radiance;
-  }
-
-  weights::ShadeOptions shared;
-  codec::BlockCache cache{model.files, size_t{1} << 28};
-  ShadingStats stats;
-};
-
-// Epipole consistency: the pixel of the photograph itself.
-TEST_F(ShadeFittedTables, GiveBackThePhotographOfACapturedRay) {
-  auto [batch, photographs] = capturedRays(model, random);
-  for (uint32_t query = 0; query < batch.size(); ++query)
-    batch.reached.push_back(weights::VisibilityWeights::decode(
-        model.lightVisibility->of(batch.surfels[query])[photographs[query].second]));
-  const std::vector<Rgb> got = shaded(batch);
-  ShadingPlan plan;
-  plan.places = batch.size();
-  for (uint32_t column = 0; column < model.rig.lights.size(); ++column) plan.rows.add(column, {1, 1, 1});
-  for (uint32_t query = 0; query < batch.size(); ++query) {
-    const auto [view, column] = photographs[query];
-    const auto pixel =
-        *model.rig.views[view].camera.project(model.cloud.p0[batch.surfels[query]].cast<double>());
-    plan.ops.push_back(
-        {query, view, static_cast<float>(pixel.x), static_cast<float>(pixel.y), 1, column, column + 1});
-  }
-  const std::vector<Rgb> wanted = shade(plan, cache, stats);
-  for (size_t query = 0; query < batch.size(); ++query) {
-    const auto tolerance = static_cast<float>(2e-3 * (model.white + wanted[query].g));
-    EXPECT_NEAR(got[query].r, wanted[query].r, tolerance);
-    EXPECT_NEAR(got[query].g, wanted[query].g, tolerance);
-    EXPECT_NEAR(got[query].b, wanted[query].b, tolerance);
-  }
-}
-
-// The largest step along each of 1,000 paths of viewer, light and shadow state falls below 0.6 of itself when
-// there are four times as many steps, but for rounding.
-TEST_F(ShadeFittedTables, AnswerContinuously) {
-  constexpr uint32_t kPaths = 1000;
-  const weights::QueryBatch ends = randomBatch(model, 2 * kPaths, 1, random);
-  const auto between = [](const auto& a, const auto& b, float t) {
-    const Vec3<float> mixed = (1 - t) * a.raw() + t * b.raw() + 0.01f * a.raw().unitOrthogonal();
-    return assume<Direction3<AcquisitionSpace>>(mixed.normalized());
-  };
-  const auto largestSteps = [&](uint32_t steps) {
-    weights::QueryBatch batch;
-    batch.lights = 1;
-    for (uint32_t path = 0; path < kPaths; ++path)
-      for (uint32_t step = 0; step <= steps; ++step) {
-        const float t = 0.1f * static_cast<float>(step) / static_cast<float>(steps); // a tenth of the way
-        batch.surfels.push_back(ends.surfels[path]);
-        batch.towardsView.push_back(between(ends.towardsView[path], ends.towardsView[path + kPaths], t));
-        batch.towardsLight.push_back(between(ends.towardsLight[path], ends.towardsLight[path + kPaths], t));
-        batch.irradiance.push_back({1, 1, 1});
-        batch.reached.push_back(0.4f + 4 * t);
-      }
-    const std::vector<Rgb> radiance = shaded(batch);
-    std::vector<double> largest(kPaths, 0);
-    for (size_t path = 0; path < kPaths; ++path)
-      for (size_t step = 0; step < steps; ++step) {
-        const size_t i = path * (steps + 1) + step;
-        largest[path] = std::max(largest[path], std::abs(double{radiance[i + 1].g} - radiance[i].g));
-      }
-    return largest;
-  };
-  const std::vector<double> coarse = largestSteps(32), fine = largestSteps(128);
-  for (size_t path = 0; path < kPaths; ++path) EXPECT_LT(fine[path], 0.6 * coarse[path] + 1e-3 * model.white);
-}
-
-// Nothing sparkles: no answer is more than twice as bright as the brightest photograph of the object.
-TEST_F(ShadeFittedTables, AreNotBrighterThanPhotographs) {
-  const auto [captured, photographs] = capturedRays(model, random);
-  const auto brightest = [&](const weights::QueryBatch& batch) {
-    float most = 0;
-    const std::vector<Rgb> radiance = shaded(batch);
-    for (size_t query = 0; query < batch.size(); ++query)
-      most = std::max(most, radiance[query].g / batch.irradiance[query].g);
-    return most;
-  };
-  EXPECT_LT(brightest(randomBatch(model, 30000, 1, random)), 2 * brightest(captured));
-}
-
-TEST_F(ShadeFittedTables, HaveTheSameBitsForAnyNumberOfThreads) {
-  const weights::QueryBatch batch = randomBatch(model, 3000, 2, random);
-  const std::vector<Rgb> many = shaded(batch);
-  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  codec::BlockCache small(model.files, 0);
-  EXPECT_EQ(shade(model, batch, shared, small, stats).radiance, many);
-}
-
-// Under white light from all around, a matte surface is as bright as its albedo.
-TEST(ShadeFurnace, TablesOfAMatteSurfaceKeepItsAlbedo) {
-  constexpr float kFacing = 0.6f;
-  const Studio studio{.cameras = 20, .lights = 12};
-  const PackedStudio packed(studio, 1500);
-  model::Model model = model::openModel(packed.folder / "model");
-  model.shared = model::spreadOver(model, model::shareSample(model)); // pack trusts photographs alone
-  std::mt19937 random(6);
-  const std::vector<Vec3<double>> lights = spiral(400);
-  weights::QueryBatch batch = randomBatch(model, 300, 0, random);
-  for (size_t query = 0; query < batch.size(); ++query) {
-    const auto n = model.cloud.p0[batch.surfels[query]].raw();
-    while (batch.towardsView[query].raw().dot(n) < kFacing)
-      batch.towardsView[query] = randomDirection(random);
-    for (const Vec3<double>& towards : lights) {
-      batch.towardsLight.push_back(assume<Direction3<AcquisitionSpace>>(towards.cast<float>()));
-      const auto share = static_cast<float>(4 * std::numbers::pi / static_cast<double>(lights.size()));
-      batch.irradiance.push_back({share, share, share});
-    }
-  }
-  batch.lights = lights.size();
-  weights::ShadeOptions shared;
-  shared.interpolation = weights::Interpolation::shared;
-  codec::BlockCache cache(model.files, everything);
-  ShadingStats stats;
-  double worst = 0;
-  Vec3<double> sum = Vec3<double>::Zero();
-  for (const auto& [r, g, b] : shade(model, batch, shared, cache, stats).radiance) {
-    const Vec3<double> relative(r / studio.albedo.r, g / studio.albedo.g, b / studio.albedo.b);
-    sum += relative;
-    worst = std::max(worst, (relative.array() - 1).abs().maxCoeff());
-  }
-  for (const double mean : Vec3<double>(sum / static_cast<double>(batch.size()))) EXPECT_NEAR(mean, 1, 3e-3);
-  EXPECT_LT(worst, 0.06);
 }
 
 // ULR weights are steep next to a captured camera or light, where rounded directions show.
