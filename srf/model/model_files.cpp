@@ -132,7 +132,7 @@ namespace {
 
 // Shared reflectance as it is stored.
 struct StoredTables {
-  uint32_t version = 2;
+  uint32_t version = 3;
   float white = 1;
   std::array<uint32_t, 4> nodes{};
   uint32_t count = 0;
@@ -142,6 +142,7 @@ struct StoredTables {
   std::vector<std::array<uint8_t, 3>> mixed;   // tables
   std::vector<std::array<uint8_t, 3>> weights; // sum: 255
   std::vector<std::array<uint16_t, 3>> gains;  // half floats
+  std::vector<std::array<int16_t, 2>> tilts;   // in units of kTiltUnit
   std::string stream;                          // of all arrays
 };
 static_assert(reflectance::kMixedTables == 3);
@@ -150,6 +151,8 @@ constexpr size_t kTableEffort = 6;
 constexpr float kWhole = 255;          // sum of weights
 constexpr double kHalfTurn = 0x1p16;   // stored angles
 constexpr uint16_t kGreatest = 0x7bff; // bits of the greatest half float
+constexpr float kTiltUnit = 0x1p-14f;
+constexpr auto kGreatestTilt = static_cast<int16_t>(reflectance::kMostTilt / kTiltUnit);
 
 void describeArrays(Archive& archive, StoredTables& tables, size_t surfels) {
   const reflectance::TableGrid grid{tables.nodes};
@@ -158,16 +161,19 @@ void describeArrays(Archive& archive, StoredTables& tables, size_t surfels) {
   archive.array<uint8_t>("mixed tables", tables.mixed, surfels, Below(tables.count));
   archive.array<uint8_t>("weights", tables.weights, surfels);
   archive.array<uint16_t>("gains", tables.gains, surfels, {0, kGreatest});
+  if (tables.version >= 3)
+    archive.array<int16_t>("tilts", tables.tilts, surfels, {-kGreatestTilt, kGreatestTilt});
 }
 
 size_t bytesOfArrays(const StoredTables& tables, size_t surfels) {
-  return size_t{6} * tables.count * reflectance::TableGrid{tables.nodes}.size() + 14 * surfels;
+  return size_t{6} * tables.count * reflectance::TableGrid{tables.nodes}.size() +
+         (tables.version >= 3 ? 18 : 14) * surfels;
 }
 
-// Version 2 has the arrays as a stream, version 1 as they are.
+// Version 3 adds tilts; version 2 has the arrays as a stream, version 1 as they are.
 void describeTables(Archive& archive, StoredTables& tables, size_t surfels) {
   archive.magic("srf tabs");
-  archive.number<uint32_t>("version", tables.version, {1, 2});
+  archive.number<uint32_t>("version", tables.version, {1, 3});
   archive.number<float>("white", tables.white, {1e-12f, 1e12f});
   archive.numbers<uint32_t>("nodes", tables.nodes, {3, 255});
   for (const uint32_t nodes : tables.nodes)
@@ -202,6 +208,8 @@ std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared) 
   for (size_t i = 0; i < shared.gains.size(); ++i) {
     const double turn = shared.fibres[i].radians() / std::numbers::pi;
     stored.fibres.push_back(static_cast<uint16_t>(std::llround(kHalfTurn * (turn - std::floor(turn)))));
+    const auto wholeTilt = [](float slope) { return static_cast<int16_t>(std::lround(slope / kTiltUnit)); };
+    stored.tilts.push_back({wholeTilt(shared.tilts[i].u), wholeTilt(shared.tilts[i].v)});
     const reflectance::TableMixture& mixture = shared.mixtures[i];
     stored.mixed.push_back({static_cast<uint8_t>(mixture.table[0]), static_cast<uint8_t>(mixture.table[1]),
                             static_cast<uint8_t>(mixture.table[2])});
@@ -218,12 +226,13 @@ std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared) 
 reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, size_t surfels) {
   StoredTables stored;
   parse(packed, [&](Archive& archive) { describeTables(archive, stored, surfels); });
-  if (stored.version == 2)
+  if (stored.version >= 2)
     parse(inflated<std::byte>(stored.stream, bytesOfArrays(stored, surfels), "arrays"),
           [&](Archive& archive) { describeArrays(archive, stored, surfels); });
   reflectance::SharedReflectance shared{.white = stored.white,
                                         .tables = {{stored.nodes}, {}},
                                         .trust = stored.trust,
+                                        .tilts = std::vector<reflectance::Tilt>(surfels),
                                         .fibres = {},
                                         .mixtures = {},
                                         .gains = {}};
@@ -235,6 +244,9 @@ reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, s
   for (size_t i = 0; i < surfels; ++i) {
     const auto& [r, g, b] = stored.gains[i];
     shared.gains.push_back({valueOf(r), valueOf(g), valueOf(b)});
+    if (!stored.tilts.empty())
+      shared.tilts[i] = {static_cast<float>(stored.tilts[i][0]) * kTiltUnit,
+                         static_cast<float>(stored.tilts[i][1]) * kTiltUnit};
     shared.fibres.push_back(Angle::fromRadians(stored.fibres[i] / kHalfTurn * std::numbers::pi));
     const auto& weights = stored.weights[i];
     if (weights[0] + weights[1] + weights[2] != 255)

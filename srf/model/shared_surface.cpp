@@ -52,7 +52,7 @@ public:
     std::vector<Rgb> irradiance;
     for (const auto& ofSurfel : taken) {
       for (const Taken& each : ofSurfel) {
-        arrays.add(each.direction, each.link, {});
+        arrays.add(each.towardsView, each.towardsLight, {});
         ops.push_back(each.op);
         irradiance.push_back(each.irradiance);
       }
@@ -67,8 +67,7 @@ public:
 private:
   // A photograph of a surfel, and the look-up of its pixel.
   struct Taken {
-    reflectance::HalfDifference<> direction;
-    float link;
+    Direction3<SurfelSpace> towardsView, towardsLight;
     Rgb irradiance;
     shading::ShadingOp op;
   };
@@ -117,8 +116,8 @@ private:
     std::vector<Taken> taken;
     for (size_t i = 0; i < count; ++i) {
       const auto& [of, column, light] = pairs[(7919 * surfel + i * step) % pairs.size()];
-      taken.push_back({reflectance::halfDifference(of->towards, *lit[light]),
-                       reflectance::tableLink(lit[light]->z(), of->towards.z()),
+      taken.push_back({of->towards,
+                       *lit[light],
                        capture::irradianceAt(model_.rig.lights[light], p0),
                        {0, of->view, static_cast<float>(of->pixel.x), static_cast<float>(of->pixel.y), 1,
                         column, column + 1}});

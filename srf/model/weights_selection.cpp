@@ -256,8 +256,9 @@ Model withSurfels(const Model& model, SurfelCloud cloud, weights::VisibilityWeig
 // Shared reflectance of some surfels.
 reflectance::SharedReflectance rowsOf(const reflectance::SharedReflectance& shared,
                                       std::span<const uint32_t> surfels) {
-  reflectance::SharedReflectance rows{shared.white, shared.tables, shared.trust, {}, {}, {}};
+  reflectance::SharedReflectance rows{shared.white, shared.tables, shared.trust, {}, {}, {}, {}};
   for (const uint32_t surfel : surfels) {
+    rows.tilts.push_back(shared.tilts[surfel]);
     rows.fibres.push_back(shared.fibres[surfel]);
     rows.mixtures.push_back(shared.mixtures[surfel]);
     rows.gains.push_back(shared.gains[surfel]);

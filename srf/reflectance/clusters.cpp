@@ -63,7 +63,7 @@ PhotographArrays everyOther(const Photographs& photographs, size_t which) {
   PhotographArrays some;
   for (size_t s = 0; s < photographs.surfels(); ++s) {
     for (size_t i = photographs.first[s] + which; i < photographs.first[s + 1]; i += 2)
-      some.add(photographs.directions[i], photographs.links[i], photographs.reflectance[i]);
+      some.add(photographs.towardsView[i], photographs.towardsLight[i], photographs.reflectance[i]);
     some.endSurfel();
   }
   return some;
@@ -328,16 +328,8 @@ std::vector<float> smoothedErrors(std::span<const Point3<AcquisitionSpace>> plac
   const size_t tables = places.empty() ? 0 : errors.size() / places.size();
   std::vector<float> smoothed(errors.size());
   tbb::parallel_for(size_t{0}, places.size(), [&](size_t s) {
-    const auto near = index.nearest(places[s], neighbors + 1);
-    const float end = near.size() > neighbors ? near.back().distance : std::numeric_limits<float>::infinity();
-    float sum = 0;
-    std::vector<float> mean(tables);
-    for (const auto& [neighbor, distance] : near) {
-      const float weight = end > 0 ? std::max(0.f, 1 - distance / end) : 1;
-      sum += weight;
-      for (size_t t = 0; t < tables; ++t) mean[t] += weight * errors[neighbor * tables + t];
-    }
-    for (size_t t = 0; t < tables; ++t) smoothed[s * tables + t] = mean[t] / sum;
+    for (const auto& [neighbor, weight] : index.blended(places[s], neighbors))
+      for (size_t t = 0; t < tables; ++t) smoothed[s * tables + t] += weight * errors[neighbor * tables + t];
   });
   return smoothed;
 }

@@ -18,6 +18,7 @@ namespace {
 constexpr TableGrid kFibreGrid{{25, 25, 3, 3}};
 constexpr size_t kIterations = 60, kFurtherIterations = 20; // of fits from nothing, and from a table
 constexpr size_t kFibrePhotographs = 50'000;                // in all patches of a cluster
+constexpr size_t kTiltPhotographs = 500;                    // in each patch
 
 template <class T> std::vector<T> chosen(std::span<const T> all, std::span<const uint32_t> indices) {
   std::vector<T> some;
@@ -66,16 +67,33 @@ float weightIn(const TableMixture& mixture, size_t table) {
   return sum;
 }
 
-// Directions of photographs in frames that are turned to the fibres of their surfels.
-std::vector<HalfDifference<>> turnedDirections(const Photographs& photographs,
-                                               std::span<const Angle> fibres) {
-  std::vector<HalfDifference<>> directions(photographs.size());
-  tbb::parallel_for(size_t{0}, photographs.surfels(), [&](size_t s) {
-    for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i)
-      directions[i] = turned(photographs.directions[i], fibres[s]);
-  });
-  return directions;
-}
+// Photographs with directions in the frames of the tables.
+class TurnedPhotographs {
+public:
+  // The photographs must outlive this. One tilt and fibre each a surfel.
+  TurnedPhotographs(const Photographs& photographs, std::span<const Tilt> tilts,
+                    std::span<const Angle> fibres)
+      : turned_(photographs), directions_(photographs.size()), links_(photographs.size()) {
+    tbb::parallel_for(size_t{0}, photographs.surfels(), [&](size_t s) {
+      const Mat3<float> inTilted = tiltRotation(tilts[s]).transpose();
+      for (size_t i = photographs.first[s]; i < photographs.first[s + 1]; ++i) {
+        const auto view = rotated(inTilted, photographs.towardsView[i]);
+        const auto light = rotated(inTilted, photographs.towardsLight[i]);
+        directions_[i] = turned(halfDifference(view, light), fibres[s]);
+        links_[i] = tableLink(light.z(), view.z());
+      }
+    });
+    turned_.directions = directions_;
+    turned_.links = links_;
+  }
+
+  const Photographs& view() const { return turned_; }
+
+private:
+  Photographs turned_;
+  std::vector<HalfDifference<>> directions_;
+  std::vector<float> links_;
+};
 
 // Fibres of surfels: the mean line of the nearest sampled surfels, weighted by a nearness that falls to 0
 // where another one becomes nearer.
@@ -85,14 +103,12 @@ std::vector<Angle> fibresNear(const SharedReflectance& sample, const SurfelPlace
   const NeighborIndex index(sampled.places);
   std::vector<Angle> fibres(surfels.size());
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t s) {
-    const auto near = index.nearest(surfels.places[s], kBlended + 1);
-    const float end = near.size() > kBlended ? near.back().distance : std::numeric_limits<float>::infinity();
     std::vector<Angle> lines;
     std::vector<float> weights;
-    for (const auto& [neighbor, distance] : near) {
+    for (const auto& [neighbor, weight] : index.blended(surfels.places[s], kBlended)) {
       const Angle carried = carriedAngle(sampled.frames[neighbor], surfels.frames[s]);
       lines.push_back(Angle::fromRadians(carried.radians() + sample.fibres[neighbor].radians()));
-      weights.push_back(end > 0 ? std::max(0.f, 1 - distance / end) : 1);
+      weights.push_back(weight);
     }
     fibres[s] = meanLine(lines, weights);
   });
@@ -145,12 +161,10 @@ std::vector<Rgb> mixedPredictions(const std::vector<std::vector<Rgb>>& ofTables,
 class TableFits {
 public:
   // The arguments must outlive this.
-  TableFits(const Photographs& photographs, std::span<const Angle> fibres, const SharingOptions& options,
+  TableFits(const Photographs& photographs, const SharedReflectance& frames, const SharingOptions& options,
             const Progress& progress)
-      : directions_(turnedDirections(photographs, fibres)), along_(photographs), options_(options),
-        places_(placesOf(options.grid, directions_)), progress_(progress) {
-    along_.directions = directions_;
-  }
+      : turned_(photographs, frames.tilts, frames.fibres), along_(turned_.view()), options_(options),
+        places_(placesOf(options.grid, along_.directions)), progress_(progress) {}
 
   // A table of the members, from about `most` photographs; better than `start`, if that is a table.
   SharedTable fitted(std::vector<float> membership, size_t most, SharedTable start = {}) const {
@@ -160,6 +174,17 @@ public:
     return fitSharedTable(options_.grid, along_, places_,
                           thinnedMembership(along_, std::move(membership), most), fit, 2, progress_,
                           std::move(start));
+  }
+
+  // Tables and gains to begin with.
+  std::vector<SharedTable> startFrom(const SharedReflectance& shared) const {
+    std::vector<SharedTable> tables;
+    for (size_t table = 0; table < shared.tables.count(); ++table) {
+      SharedTable start{shared.tables.nodes(table), shared.gains, {}};
+      start.predictions = predictionsOf(options_.grid, start.nodes, along_, places_);
+      tables.push_back(std::move(start));
+    }
+    return tables;
   }
 
   // Sets tables and gains by the mixtures, each table better than that of `start`, if there are any.
@@ -179,12 +204,35 @@ public:
   }
 
 private:
-  const std::vector<HalfDifference<>> directions_;
-  Photographs along_;
+  const TurnedPhotographs turned_;
+  const Photographs& along_;
   const SharingOptions& options_;
   const std::vector<TablePlace> places_;
   const Progress& progress_;
 };
+
+// Tilts normals to where the tables predict the photographs best, and fits the tables anew, in two rounds.
+// Keeps both as they are if tilts of a part of the patches save less than kLeastSaved of the error.
+void tiltNormals(SharedReflectance& shared, const Photographs& photographs, const SurfelPlaces& surfels,
+                 const SharingOptions& options, const Progress& progress) {
+  constexpr double kLeastSaved = 0.05;
+  constexpr size_t kTried = 8; // every such patch
+  const Patches patches =
+      patchesOf(surfels.places, std::max<size_t>(1, photographs.size() / kTiltPhotographs));
+  const std::span<const uint32_t> centres = patches.centres;
+  const auto places = chosen(surfels.places, centres);
+  const auto frames = chosen(surfels.frames, centres);
+  const auto seek = [&](size_t step) {
+    return seekTilts({shared.tables, shared.mixtures, shared.gains, shared.fibres, options.white},
+                     photographs, surfels.frames, patches, step, progress);
+  };
+  if (const PatchTilts some = seek(kTried); some.error > (1 - kLeastSaved) * some.errorBefore) return;
+  for (int round = 0; round < 2; ++round) {
+    shared.tilts = tiltsNear(places, frames, seek(1).tilts, surfels.places, surfels.frames);
+    const TableFits fits(photographs, shared, options, progress);
+    fits.fitAll(shared, options.photographs, fits.startFrom(shared));
+  }
+}
 
 } // namespace
 
@@ -199,6 +247,7 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
   SharedReflectance shared{options.white,
                            {options.grid, {}},
                            std::vector<float>(clusters.count, 1.f),
+                           std::vector<Tilt>(surfels),
                            std::vector<Angle>(surfels),
                            {},
                            {}};
@@ -213,7 +262,7 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
     for (size_t i = 0; i < members.size(); ++i) shared.fibres[members[i]] = fibres[i];
   }
 
-  TableFits fits(photographs, shared.fibres, options, progress);
+  const TableFits fits(photographs, shared, options, progress);
   std::vector<SharedTable> tables;
   std::vector<float> errors(surfels * clusters.count);
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
@@ -226,6 +275,7 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
     shared.mixtures.push_back(mixtureOf(std::span(errors).subspan(s * clusters.count, clusters.count)));
 
   fits.fitAll(shared, options.photographs, std::move(tables));
+  tiltNormals(shared, photographs, sampled, options, progress);
   return shared;
 }
 
@@ -233,7 +283,7 @@ SharedReflectance refitReflectance(const SharedReflectance& shared, const Photog
                                    const SharingOptions& options, const Progress& progress) {
   assert(photographs.surfels() == shared.mixtures.size());
   SharedReflectance refitted = shared;
-  TableFits(photographs, shared.fibres, options, progress).fitAll(refitted, options.photographs / 4, {});
+  TableFits(photographs, shared, options, progress).fitAll(refitted, options.photographs / 4, {});
   return refitted;
 }
 
@@ -242,7 +292,13 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
                                     const Progress& progress) {
   const size_t count = surfels.size(), tables = sample.tables.count();
   SharedReflectance all{
-      sample.white, sample.tables, sample.trust, fibresNear(sample, sampled, surfels), {}, {}};
+      sample.white,
+      sample.tables,
+      sample.trust,
+      tiltsNear(sampled.places, sampled.frames, sample.tilts, surfels.places, surfels.frames),
+      fibresNear(sample, sampled, surfels),
+      {},
+      {}};
   std::vector<float> errors(count * tables);
   std::vector<Rgb> gains(count * tables); // by each table alone
   std::vector<float> ownShare(count);     // min(1, photographs / kEnough)
@@ -250,11 +306,10 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
     progress.checkpoint();
     const size_t end = std::min(count, begin + kSurfelsAtOnce);
     const PhotographArrays own = photographsOf(begin, end);
-    const std::vector<HalfDifference<>> directions =
-        turnedDirections(own.view(), std::span(all.fibres).subspan(begin, end - begin));
-    Photographs along = own.view();
-    along.directions = directions;
-    const std::vector<TablePlace> places = placesOf(sample.tables.grid, directions);
+    const TurnedPhotographs turned(own.view(), std::span(all.tilts).subspan(begin, end - begin),
+                                   std::span(all.fibres).subspan(begin, end - begin));
+    const Photographs& along = turned.view();
+    const std::vector<TablePlace> places = placesOf(sample.tables.grid, along.directions);
     for (size_t s = begin; s < end; ++s)
       ownShare[s] =
           std::min(1.f, static_cast<float>(along.first[s - begin + 1] - along.first[s - begin]) / kEnough);

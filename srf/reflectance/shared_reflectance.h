@@ -6,15 +6,17 @@
 //   3. A table for each cluster                                        shared_table.h
 //   4. Mixtures of tables at each surfel, by how well each predicts the surfel and its neighbours
 //   5. The tables anew, each surfel a member by its weight in the mixture
-//   6. Gains by the mixtures                                           gains.h
+//   6. Tilts of the normals; tables and tilts once more, if they predict better            tilts.h
+//   7. Gains by the mixtures                                           gains.h
 //
-// Steps 1 to 5 look at a sample of the surfels; then each surfel of the surface gets the fibre of the sampled
-// surfels near it, and a mixture and gains by its own photographs.
+// Steps 1 to 6 look at a sample of the surfels; then each surfel of the surface gets fibre and tilt of the
+// sampled surfels near it, and a mixture and gains by its own photographs.
 #pragma once
 
 #include "srf/reflectance/fibres.h"
 #include "srf/reflectance/photographs.h"
 #include "srf/reflectance/reflectance_table.h"
+#include "srf/reflectance/tilts.h"
 #include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
@@ -40,9 +42,15 @@ struct SharedReflectance {
   // without tables does (tableShare).
   std::vector<float> trust;
   // All below have one entry a surfel.
-  std::vector<Angle> fibres; // the tables' frame is the given one, turned by this angle (turnedFrame)
+  std::vector<Tilt> tilts;   // the tables' frame is the given one, tilted (tiltedFrame)
+  std::vector<Angle> fibres; // and then turned by this angle (turnedFrame)
   std::vector<TableMixture> mixtures;
   std::vector<Rgb> gains;
+
+  // Frame of the tables at a surfel of the given frame.
+  SurfelFrame frameOf(size_t surfel, const SurfelFrame& frame) const {
+    return turnedFrame(tiltedFrame(frame, tilts[surfel]), fibres[surfel]);
+  }
 };
 
 // Surfels of a surface.

@@ -361,7 +361,7 @@ private:
   // A direction in the frame of the tables.
   SurfelDirection inTables(const Direction3<AcquisitionSpace>& direction) const {
     const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel_]));
-    const Mat3<float> acquisitionFromTables = turnedFrame(frame, field_.shared->fibres[surfel_]).matrix();
+    const Mat3<float> acquisitionFromTables = field_.shared->frameOf(surfel_, frame).matrix();
     return assume<SurfelDirection>(
         Vec3<double>(acquisitionFromTables.transpose().cast<double>() * direction.raw().cast<double>()));
   }

@@ -27,7 +27,7 @@ void SharedWeights::moveTo(uint32_t surfel) {
   const reflectance::SharedReflectance& shared = *field_.shared;
   const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
   surfelFromAcquisition_ = Rotation<SurfelSpace, AcquisitionSpace, float>(
-      turnedFrame(frame, shared.fibres[surfel]).matrix().transpose());
+      shared.frameOf(surfel, frame).matrix().transpose());
   trust_ = 0;
   const reflectance::TableMixture& mixture = shared.mixtures[surfel];
   for (size_t m = 0; m < reflectance::kMixedTables; ++m)

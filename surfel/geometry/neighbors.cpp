@@ -101,6 +101,20 @@ std::vector<NeighborIndex::Neighbor> NeighborIndex::nearest(const Point3<Acquisi
   return neighborsOf(found);
 }
 
+std::vector<NeighborIndex::Weighted> NeighborIndex::blended(const Point3<AcquisitionSpace>& p,
+                                                            size_t k) const {
+  const std::vector<Neighbor> near = nearest(p, k + 1);
+  const float end = near.size() > k ? near.back().distance : 0; // where the weights are 0
+  std::vector<Weighted> all;
+  float sum = 0;
+  for (const auto& [index, distance] : near) {
+    all.push_back({index, end > 0 ? std::max(0.f, 1 - distance / end) : 1});
+    sum += all.back().weight;
+  }
+  for (Weighted& each : all) each.weight /= sum;
+  return all;
+}
+
 std::vector<NeighborIndex::Neighbor> NeighborIndex::within(const Point3<AcquisitionSpace>& p,
                                                            float radius) const {
   float query[3] = {p.x(), p.y(), p.z()};

@@ -27,6 +27,13 @@ public:
   };
   // The k nearest, nearest first; fewer if there are fewer points. A point of the set finds itself first.
   std::vector<Neighbor> nearest(const Point3<AcquisitionSpace>& p, size_t k) const;
+  // The k nearest, with weights that fall to 0 where another point comes to be among them, and sum to 1; all
+  // weights are equal if there are no more than k points, or if all k + 1 are at p.
+  struct Weighted {
+    uint32_t index;
+    float weight;
+  };
+  std::vector<Weighted> blended(const Point3<AcquisitionSpace>& p, size_t k) const;
   // All points within the radius, in order of index.
   std::vector<Neighbor> within(const Point3<AcquisitionSpace>& p, float radius) const;
 

@@ -43,10 +43,8 @@ BrushedSphere brushedSphere(const planted::Material& material, size_t surfels, s
     sphere.places.push_back(assume<Point3<AcquisitionSpace>>(normal));
     sphere.frames.push_back(frame);
     sphere.fibres.push_back(Angle::fromRadians(std::atan2(along.y(), along.x())));
-    planted::addSurfel(sphere.captured, material, planted::randomGain(random), photographs, random);
-    auto& directions = sphere.captured.directions;
-    for (size_t i = directions.size() - photographs; i < directions.size(); ++i)
-      directions[i] = turned(directions[i], Angle::fromRadians(-sphere.fibres.back().radians()));
+    planted::addSurfel(sphere.captured, material, planted::randomGain(random), photographs, random,
+                       planted::aboutNormal(sphere.fibres.back().radians()));
   }
   return sphere;
 }

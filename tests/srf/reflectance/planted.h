@@ -47,13 +47,21 @@ Rgb reflectanceOf(const Material& material, const Direction3<SurfelSpace, T>& vi
           channel(material.matte.b, material.gloss.b)};
 }
 
-// Adds a surfel, photographed from random directions under random lights.
+// Rotation about the normal.
+inline Mat3<float> aboutNormal(double angle) {
+  return Eigen::AngleAxisf(static_cast<float>(angle), Vec3<float>::UnitZ()).toRotationMatrix();
+}
+
+// Adds a surfel, photographed from random directions under random lights. Its frame has the given rotation to
+// the material's, whose u is along the fibres.
 inline void addSurfel(PhotographArrays& to, const Material& material, const Rgb& gain, size_t photographs,
-                      std::mt19937& random) {
+                      std::mt19937& random, const Mat3<float>& frameFromMaterial = Mat3<float>::Identity()) {
+  const auto inFrame = [&](const Direction3<SurfelSpace>& direction) {
+    return assume<Direction3<SurfelSpace>>(Vec3<float>(frameFromMaterial * direction.raw()));
+  };
   for (size_t i = 0; i < photographs; ++i) {
     const auto view = above(random), light = above(random);
-    to.add(halfDifference(view, light), tableLink(light.z(), view.z()),
-           gain * reflectanceOf(material, view, light));
+    to.add(inFrame(view), inFrame(light), gain * reflectanceOf(material, view, light));
   }
   to.endSurfel();
 }

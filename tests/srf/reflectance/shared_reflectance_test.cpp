@@ -36,11 +36,9 @@ Disc randomDisc(size_t surfels, size_t photographs, std::mt19937& random) {
         Eigen::AngleAxisf(static_cast<float>(turn), Vec3<float>::UnitZ()).toRotationMatrix());
     disc.gains.push_back(planted::randomGain(random));
     disc.fibres.push_back(std::atan2(x, -y) - turn);
-    const size_t s = disc.places.size() - 1, begin = disc.photographs.directions.size();
-    planted::addSurfel(disc.photographs, disc.materialOf(s), disc.gains[s], photographs, random);
-    for (size_t i = begin; i < begin + photographs; ++i)
-      disc.photographs.directions[i] =
-          turned(disc.photographs.directions[i], Angle::fromRadians(-disc.fibres[s]));
+    const size_t s = disc.places.size() - 1;
+    planted::addSurfel(disc.photographs, disc.materialOf(s), disc.gains[s], photographs, random,
+                       planted::aboutNormal(disc.fibres[s]));
   }
   return disc;
 }
@@ -98,7 +96,8 @@ TEST(SharedReflectance, SurfelsWithFewPhotographsFollowTheirNeighbours) {
       const uint32_t begin = disc.photographs.first[s];
       const size_t count = s == 0 ? ofFirst : disc.photographs.first[s + 1] - begin;
       for (size_t i = begin; i < begin + count; ++i)
-        fewer.add(disc.photographs.directions[i], disc.photographs.links[i], disc.photographs.reflectance[i]);
+        fewer.add(disc.photographs.towardsView[i], disc.photographs.towardsLight[i],
+                  disc.photographs.reflectance[i]);
       fewer.endSurfel();
     }
     return spreadReflectance(sample, surfels, surfels, [&](size_t, size_t) { return fewer; }).gains;

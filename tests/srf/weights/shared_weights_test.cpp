@@ -24,7 +24,7 @@ protected:
   SharedWeight() {
     field.cloud.p0 = {{0, 0, 0}};
     field.cloud.r0 = {{0, 0, 0}};
-    reflectance::SharedReflectance shared{0.3f, {TableGrid{{9, 9, 3, 3}}, {}}, {1, 0.5f}, {}, {}, {}};
+    reflectance::SharedReflectance shared{0.3f, {TableGrid{{9, 9, 3, 3}}, {}}, {1, 0.5f}, {}, {}, {}, {}};
     std::uniform_real_distribution<float> value(0.05f, 2);
     for (int table = 0; table < 2; ++table) {
       std::vector<Rgb> nodes;
@@ -34,6 +34,7 @@ protected:
       }
       shared.tables.add(nodes);
     }
+    shared.tilts = {{}};
     shared.fibres = {Angle::fromDegrees(25)};
     shared.mixtures = {{{0, 1, 0}, {0.75f, 0.25f, 0}}};
     shared.gains = {{0.5f, 1.5f, 2}};
