@@ -57,7 +57,7 @@ Shot previewOf(Shot shot) {
   shot.options.environmentError = preview.environmentError;
   shot.options.splats.searchLayers = preview.splats.searchLayers;
   shot.options.surfelSize = preview.surfelSize;
-  shot.options.surfelsPerPatch = preview.surfelsPerPatch;
+  shot.options.surfelsPerQuery = preview.surfelsPerQuery;
   return shot;
 }
 

@@ -5,6 +5,7 @@
 #include "render/surfels/cut.h"
 #include "render/surfels/develop.h"
 #include "render/surfels/frame_work.h"
+#include "render/surfels/patch_corners.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "warp/deform.h"
@@ -24,6 +25,8 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
+constexpr size_t kSurfelsPerCorner = 4; // by default
+
 void countLights(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                  FrameStats& stats) {
   stats.environments = lit.environments.size();
@@ -42,13 +45,13 @@ void countSplats(const splat::SplatRaster& raster, FrameStats& stats) {
 
 // Finds levels of detail and patches that the options need and the workspace lacks.
 void prepareWorkspace(const weights::ReflectanceField& field, const FrameOptions& options,
-                      FrameWorkspace& workspace, const Progress& progress) {
+                      size_t surfelsPerPatch, FrameWorkspace& workspace, const Progress& progress) {
   if (options.surfelSize > 0 && !workspace.levels)
     workspace.levels = cutLevels(
         field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress), progress);
-  if (options.surfelsPerPatch > 1 && options.surfelsPerPatch != workspace.surfelsPerPatch) {
-    workspace.patches = patchesOf(field.cloud, options.surfelsPerPatch);
-    workspace.surfelsPerPatch = options.surfelsPerPatch;
+  if (surfelsPerPatch > 1 && surfelsPerPatch != workspace.surfelsPerPatch) {
+    workspace.patches = patchesOf(field.cloud, surfelsPerPatch);
+    workspace.surfelsPerPatch = surfelsPerPatch;
   }
 }
 
@@ -82,7 +85,14 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   const LitScene lit =
       litScene(requested, options.environmentError, field, options.shade, environments, progress);
   const scene::Scene& scene = lit.scene;
-  prepareWorkspace(field, options, workspace, progress);
+  const bool isTranslucent = options.shade.usesAlpha && !field.alpha.empty();
+  const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
+  const bool mayBlend = !isTranslucent && !predictsError && lit.environments.empty() &&
+                        weights::blendsCorners(field, options.shade);
+  const size_t perQuery = options.surfelsPerQuery.value_or(
+      mayBlend && !weights::usesTables(field, options.shade) ? kSurfelsPerCorner : 1);
+  const bool sharesWeights = perQuery > 1, blendsCorners = mayBlend && sharesWeights;
+  prepareWorkspace(field, options, perQuery * (blendsCorners ? 4 : 1), workspace, progress);
   stats = {};
   stats.cloud = field.cloud.size();
   countLights(field, lit, options, stats);
@@ -105,7 +115,6 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
     clock.finish("shadows");
   }
 
-  const bool isTranslucent = options.shade.usesAlpha && !field.alpha.empty();
   splat::SplatOptions splatting = options.splats;
   splatting.keepsHidden = isTranslucent;
   raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), splatting, progress,
@@ -117,19 +126,41 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
       withTangents(options.tangents, deformed, field, isCut ? std::span(cut.surfels) : std::span<uint32_t>{});
   const DeformedCloud& tangents = options.tangents == Tangents::polar ? deformed : ofOptions;
   const std::span<const uint32_t> visible = raster.visible;
-  const bool sharesWeights = options.surfelsPerPatch > 1;
-  const PatchQueries queries =
-      sharesWeights ? patchQueries(isCut ? patchesIn(cut, patches) : patches, visible, deformed)
-                    : PatchQueries{};
-  const std::span<const uint32_t> asking = sharesWeights ? std::span(queries.surfels) : visible;
+  const Patches& patchesOfFrame = isCut && sharesWeights ? patchesIn(cut, patches) : patches;
+  weights::QueryBatch shadowStates; // of all visible surfels, where corners are blended
+  weights::QueryBatch ofPlaces;     // likewise, of those that are shaded at a time
+  PatchCorners corners;
+  PatchQueries middles;
+  if (blendsCorners) {
+    if (shadows) shadows->fill(deformed, visible, shadowStates);
+    corners = patchCorners(cloud, patchesOfFrame, visible, shadowStates.reached, stats.pairLights);
+    middles.surfels = corners.surfels(visible);
+  } else if (sharesWeights) {
+    middles = patchQueries(patchesOfFrame, visible, deformed);
+  }
+  const std::span<const uint32_t> asking = sharesWeights ? std::span(middles.surfels) : visible;
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
   const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     writeQueries(cloud, tangents, asking.subspan(begin, end - begin), scene.camera, scene.lights,
                  lit.environments, progress, batch);
     batch.reached.clear();
-    if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
-    if (sharesWeights) addPlaces(queries, visible, begin, end, batch);
+    if (blendsCorners) {
+      corners.addPlaces(visible, begin, end, batch);
+      for (size_t corner = begin; shadows && corner < end; ++corner) {
+        const auto states = std::span(shadowStates.reached)
+                                .subspan(corners.corners[corner] * stats.pairLights, stats.pairLights);
+        batch.reached.insert(batch.reached.end(), states.begin(), states.end());
+      }
+      if (weights::usesTables(field, options.shade)) {
+        writeQueries(cloud, tangents, batch.places, scene.camera, scene.lights, {}, progress, ofPlaces);
+        std::swap(batch.placesTowardsView, ofPlaces.towardsView);
+        std::swap(batch.placesTowardsLight, ofPlaces.towardsLight);
+      }
+    } else {
+      if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
+      if (sharesWeights) addPlaces(middles, visible, begin, end, batch);
+    }
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
@@ -140,7 +171,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
     clock.finish("queries");
   };
   weights::ShadeOptions shading = options.shade;
-  shading.placesPerQuery = options.surfelsPerPatch;
+  shading.placesPerQuery = perQuery;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   shading::Shaded shaded = shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
@@ -148,7 +179,6 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
-  const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();

@@ -72,8 +72,10 @@ struct FrameOptions {
   Tangents tangents = Tangents::polar;
   // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
   double surfelSize = 0;
-  // Most surfels that share the weights of cameras and lights; see Patches.
-  size_t surfelsPerPatch = 1;
+  // Surfels for each query of weights of cameras and lights; none: surfelsPerQuery. Those of a patch share
+  // the weights of its middle, or, where weights are blended over corners (patch_corners.h), of its four
+  // corners.
+  std::optional<size_t> surfelsPerQuery = {};
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
   std::optional<ErrorModel> errorModel = {}; // of the AOV predicted_error; none: the fitted one

@@ -128,6 +128,9 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
   batch.surfels.assign(surfels.begin(), surfels.end());
   batch.places.clear();
   batch.firstPlace.clear();
+  batch.cornerWeights.clear();
+  batch.placesTowardsView.clear();
+  batch.placesTowardsLight.clear();
   batch.towardsView.resize(surfels.size());
   batch.towardsLight.resize(surfels.size() * batch.lights);
   batch.irradiance.resize(surfels.size() * batch.lights);

@@ -106,11 +106,12 @@ const method::Rows<SurfelOptions>& rows() {
                           .preview = 0.7,
                           .sweep = {0, 0.5, 0.7, 1, 1.4, 2, 2.8},
                           .help = "pixels between neighbouring surfels at least; 0: all surfels"}),
-      row<SurfelOptions>("patch", [](auto& o) -> auto& { return o.frame.surfelsPerPatch; },
+      row<SurfelOptions>("patch", [](auto& o) -> auto& { return o.frame.surfelsPerQuery; },
                          {.domain = wholeRange(1, 4096),
                           .preview = 4,
                           .sweep = {1, 2, 4, 8, 16},
-                          .help = "surfels that share the weights of cameras and lights"}),
+                          .help = "surfels for each query of weights: they share them, or, under kriging and "
+                                  "tables, blend those of four corners (default: 4 under kriging, else 1)"}),
       row<SurfelOptions>(
           "cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
           {.domain = wholeRange(0, 1 << 24), .help = "memory for decoded blocks, MiB", .atOpening = true})};

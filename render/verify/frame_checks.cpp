@@ -462,7 +462,7 @@ FrameFindings frameChecks(const model::Model& model, const scene::Scene& scene, 
                           surfels::FrameWorkspace& workspace, const Bounds& bounds,
                           const Progress& progress) {
   options.surfelSize = 0;
-  options.surfelsPerPatch = 1;
+  options.surfelsPerQuery = 1;
   options.aovs.clear();
   return FrameChecker(model, scene, options, workspace, bounds, progress).findings();
 }

@@ -203,8 +203,8 @@ std::vector<std::byte> packTables(const reflectance::SharedReflectance& shared) 
                       .nodes = shared.tables.grid.nodes,
                       .count = static_cast<uint32_t>(shared.tables.count()),
                       .trust = shared.trust};
-  for (const Eigen::half value : shared.tables.values)
-    stored.values.push_back(std::bit_cast<uint16_t>(value));
+  for (const auto& [r, g, b, _] : shared.tables.values)
+    for (const float value : {r, g, b}) stored.values.push_back(bitsOf(value));
   for (size_t i = 0; i < shared.gains.size(); ++i) {
     const double turn = shared.fibres[i].radians() / std::numbers::pi;
     stored.fibres.push_back(static_cast<uint16_t>(std::llround(kHalfTurn * (turn - std::floor(turn)))));
@@ -236,11 +236,12 @@ reflectance::SharedReflectance unpackTables(std::span<const std::byte> packed, s
                                         .fibres = {},
                                         .mixtures = {},
                                         .gains = {}};
-  for (const uint16_t bits : stored.values) {
-    if ((bits & 0x7fff) > kGreatest) throw Error::mismatch("finite half floats", "another").at("values");
-    shared.tables.values.push_back(std::bit_cast<Eigen::half>(bits));
-  }
   const auto valueOf = [](uint16_t bits) { return static_cast<float>(std::bit_cast<Eigen::half>(bits)); };
+  for (const uint16_t bits : stored.values)
+    if ((bits & 0x7fff) > kGreatest) throw Error::mismatch("finite half floats", "another").at("values");
+  for (size_t i = 0; i < stored.values.size(); i += 3)
+    shared.tables.values.push_back(
+        {valueOf(stored.values[i]), valueOf(stored.values[i + 1]), valueOf(stored.values[i + 2])});
   for (size_t i = 0; i < surfels; ++i) {
     const auto& [r, g, b] = stored.gains[i];
     shared.gains.push_back({valueOf(r), valueOf(g), valueOf(b)});

@@ -24,20 +24,20 @@ Division divide(float coordinate, uint32_t nodes) {
 // T of the mixture. The corners of the cell are those of each table.
 Rgb lookUp(const ReflectanceTables& tables, const TableMixture& mixture, const TablePlace& place) {
   const TableCorners corners = cornersOf(tables.grid, place);
-  const size_t stride = size_t{3} * tables.grid.size();
-  Rgb mixed;
+  Eigen::Array4f mixed = Eigen::Array4f::Zero();
   for (size_t m = 0; m < kMixedTables; ++m) {
     if (mixture.weight[m] == 0) continue;
-    const Eigen::half* values = tables.values.data() + mixture.table[m] * stride;
-    Rgb sum;
-    for (size_t c = 0; c < corners.index.size(); ++c) {
-      const Eigen::half* node = values + 3 * corners.index[c];
-      const Rgb value{static_cast<float>(node[0]), static_cast<float>(node[1]), static_cast<float>(node[2])};
-      sum = sum + corners.weight[c] * value;
-    }
-    mixed = mixed + mixture.weight[m] * positive(sum);
+    const TableNode* nodes = tables.values.data() + size_t{mixture.table[m]} * tables.grid.size();
+    const auto value = [&](size_t corner) {
+      return Eigen::Map<const Eigen::Array4f, Eigen::Aligned16>(&nodes[corners.index[corner]].r);
+    };
+    Eigen::Array4f sum = Eigen::Array4f::Zero();
+    for (size_t c = 0; c < corners.index.size(); c += 4) // four short sums, which do not wait for one another
+      sum += corners.weight[c] * value(c) + corners.weight[c + 1] * value(c + 1) +
+             (corners.weight[c + 2] * value(c + 2) + corners.weight[c + 3] * value(c + 3));
+    mixed += mixture.weight[m] * sum.max(0.f);
   }
-  return mixed;
+  return {mixed[0], mixed[1], mixed[2]};
 }
 
 } // namespace
@@ -89,29 +89,26 @@ std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb
 
 void ReflectanceTables::add(std::span<const Rgb> nodes) {
   assert(nodes.size() == grid.size());
-  for (const Rgb& node : nodes)
-    for (const float value : {node.r, node.g, node.b})
-      values.push_back(Eigen::half(std::clamp(value, -kGreatestHalf, kGreatestHalf)));
+  const auto rounded = [](float value) {
+    return static_cast<float>(Eigen::half(std::clamp(value, -kGreatestHalf, kGreatestHalf)));
+  };
+  for (const auto& [r, g, b] : nodes) values.push_back({rounded(r), rounded(g), rounded(b)});
 }
 
 std::vector<Rgb> ReflectanceTables::nodes(size_t table) const {
   std::vector<Rgb> all;
-  const Eigen::half* value = values.data() + table * 3 * grid.size();
-  for (size_t node = 0; node < grid.size(); ++node, value += 3)
-    all.push_back({static_cast<float>(value[0]), static_cast<float>(value[1]), static_cast<float>(value[2])});
+  for (const TableNode& node : std::span(values).subspan(table * grid.size(), grid.size()))
+    all.push_back({node.r, node.g, node.b});
   return all;
 }
 
-void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
-                        std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
+void predictReflectance(const ReflectanceTables& tables, const TableMixture& mixture,
+                        std::span<const Direction3<SurfelSpace>> towardsView,
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance) {
-  assert(mixtures.size() == reflectance.size() && gains.size() == reflectance.size());
   assert(towardsView.size() == reflectance.size() && towardsLight.size() == reflectance.size());
   for (size_t q = 0; q < reflectance.size(); ++q) {
     const TablePlace place = placeOf(tables.grid, halfDifference(towardsView[q], towardsLight[q]));
-    const Rgb mixed = lookUp(tables, mixtures[q], place);
-    const float link = tableLink(towardsLight[q].z(), towardsView[q].z());
-    reflectance[q] = gains[q] * (link * mixed);
+    reflectance[q] = tableLink(towardsLight[q].z(), towardsView[q].z()) * lookUp(tables, mixture, place);
   }
 }
 

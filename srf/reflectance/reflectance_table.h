@@ -95,13 +95,20 @@ Rgb lookUpNodes(const TableGrid& grid, std::span<const Rgb> nodes, const TablePl
 std::array<double, 3> lookUpReference(const TableGrid& grid, std::span<const Rgb> nodes,
                                       const HalfDifference<double>& at);
 
-// Tables of one grid, as half floats, in one piece.
+// Value of a node, for vectors of four.
+struct alignas(16) TableNode {
+  float r = 0, g = 0, b = 0, unused = 0;
+
+  friend bool operator==(const TableNode&, const TableNode&) = default;
+};
+
+// Tables of one grid in one piece, with the precision of half floats.
 struct ReflectanceTables {
   TableGrid grid;
-  std::vector<Eigen::half> values; // red, green, blue; node by node; table by table
+  std::vector<TableNode> values; // node by node; table by table
 
-  size_t count() const { return values.size() / (3 * grid.size()); }
-  // Adds a table (#grid.size()); values beyond the greatest half float are clamped.
+  size_t count() const { return values.size() / grid.size(); }
+  // Adds a table (#grid.size()), rounded to half floats; values beyond the greatest are clamped.
   void add(std::span<const Rgb> nodes);
   // Values of all stored nodes of a table.
   std::vector<Rgb> nodes(size_t table) const;
@@ -114,11 +121,11 @@ struct TableMixture {
   std::array<float, kMixedTables> weight{1};
 };
 
-// Reflectance of queries by the tables: g k T, with T the mixture at the surfel of the tables' values, each
-// not below 0, k the link of table_coordinates.h, and g the gain (gains.h). All spans have one entry a query.
-// Costs 16 reads of three values a query and table of its mixture.
-void predictReflectance(const ReflectanceTables& tables, std::span<const TableMixture> mixtures,
-                        std::span<const Rgb> gains, std::span<const Direction3<SurfelSpace>> towardsView,
+// Reflectance of queries at one surfel by the tables, without its gain: k T, with T the mixture of the
+// tables' values, each not below 0, and k the link of table_coordinates.h. All spans have one entry a query.
+// Costs 16 reads of a node a query and table of its mixture.
+void predictReflectance(const ReflectanceTables& tables, const TableMixture& mixture,
+                        std::span<const Direction3<SurfelSpace>> towardsView,
                         std::span<const Direction3<SurfelSpace>> towardsLight, std::span<Rgb> reflectance);
 
 } // namespace surflect::reflectance

@@ -18,7 +18,7 @@ namespace {
 constexpr TableGrid kFibreGrid{{25, 25, 3, 3}};
 constexpr size_t kIterations = 60, kFurtherIterations = 20; // of fits from nothing, and from a table
 constexpr size_t kFibrePhotographs = 50'000;                // in all patches of a cluster
-constexpr size_t kTiltPhotographs = 500;                    // in each patch
+constexpr size_t kTiltPhotographs = 150;                    // in each patch
 
 template <class T> std::vector<T> chosen(std::span<const T> all, std::span<const uint32_t> indices) {
   std::vector<T> some;

@@ -20,21 +20,26 @@ namespace {
 
 constexpr size_t kTargetsPerPlan = 512;
 
-// Appends look-ups to a plan.
+// Appends look-ups of one place after another to a plan.
 class Emitter {
 public:
   // The field must outlive the emitter.
-  explicit Emitter(const weights::ReflectanceField& field) : alpha_(field.alpha), files_(field.files) {
+  explicit Emitter(const weights::ReflectanceField& field)
+      : alpha_(field.alpha), files_(field.files), projections_(field.rig.views.size()) {
     for (const capture::View& view : field.rig.views) projectors_.emplace_back(view.camera);
   }
 
-  // Adds a look-up of `place` in a view for a target, under the light row [begin, end), and the view's alpha
-  // to that of the target. Does nothing if the place does not project into the view.
-  void emit(const Point3<AcquisitionSpace, double>& place, size_t target, uint32_t view, float weight,
-            size_t begin, size_t end, ShadingPlan& plan) const {
-    const auto pixel = projectors_[view](place);
+  void moveTo(const Point3<AcquisitionSpace>& place) {
+    place_ = place.cast<double>();
+    ++current_;
+  }
+
+  // Adds a look-up of the place in a view for a target, under the light row [begin, end), and the view's
+  // alpha to that of the target. Does nothing if the place does not project into the view.
+  void emit(size_t target, uint32_t view, float weight, size_t begin, size_t end, ShadingPlan& plan) {
+    const auto& pixel = pixelIn(view);
     if (!pixel) return;
-    const auto x = static_cast<float>(pixel->x), y = static_cast<float>(pixel->y);
+    const auto [x, y] = *pixel;
     if (!plan.alphaSums.empty()) {
       ShadingPlan::AlphaSum& sum = plan.alphaSums[target];
       sum.weight += weight;
@@ -46,18 +51,38 @@ public:
                         static_cast<uint32_t>(end)});
   }
 
-  // Whether a view shows the object at a place: projects it to a texel in a stored block. Views without a
+  // Whether a view shows the object at the place: projects it to a texel in a stored block. Views without a
   // file show it wherever it projects.
-  bool isShown(const Point3<AcquisitionSpace, double>& place, uint32_t view) const {
-    const auto pixel = projectors_[view](place);
-    if (!pixel || files_.empty()) return pixel.has_value();
-    return storesTexel(files_[view], static_cast<float>(pixel->x), static_cast<float>(pixel->y));
+  bool isShown(uint32_t view) {
+    const auto& pixel = pixelIn(view);
+    return pixel && (files_.empty() || storesTexel(files_[view], pixel->x, pixel->y));
   }
 
 private:
+  struct Pixel {
+    float x, y;
+  };
+  struct Projection {
+    uint64_t of = 0; // number of the place
+    std::optional<Pixel> pixel;
+  };
+
+  const std::optional<Pixel>& pixelIn(uint32_t view) {
+    Projection& projection = projections_[view];
+    if (projection.of != current_) {
+      projection = {current_, {}};
+      if (const auto pixel = projectors_[view](place_))
+        projection.pixel = {static_cast<float>(pixel->x), static_cast<float>(pixel->y)};
+    }
+    return projection.pixel;
+  }
+
   std::span<const codec::AlphaPlane> alpha_;                     // one for each view, or none
   std::span<const codec::ViewFile> files_;                       // likewise
   std::vector<capture::Projector<AcquisitionSpace>> projectors_; // one for each view
+  std::vector<Projection> projections_;                          // likewise
+  Point3<AcquisitionSpace, double> place_;
+  uint64_t current_ = 0; // number of the place
 };
 
 // Plans cameras and lights with separate weights: one operation for each query and camera.
@@ -91,8 +116,8 @@ public:
         const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
-            emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
-                          i * plan.targetsPerPlace + (isWhole_ ? 0 : batch_.lights), view, weight, row.begin,
+            emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
+            emitter_.emit(i * plan.targetsPerPlace + (isWhole_ ? 0 : batch_.lights), view, weight, row.begin,
                           row.end, plan);
             if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share * weight * viewColor_[view];
           }
@@ -135,15 +160,21 @@ private:
   std::vector<Rgb> viewColor_;
 };
 
+// Sum of values at corners by the weights of a place.
+template <class T> T atPlace(const weights::AtCorners<T>& values, const weights::AtCorners<float>& weights) {
+  return weights[0] * values[0] + weights[1] * values[1] + (weights[2] * values[2] + weights[3] * values[3]);
+}
+
 // Plans (camera, light) pairs: one operation for each light or environment and view.
 class PairPlanner {
 public:
   PairPlanner(const weights::ReflectanceField& field, const weights::LightExtrapolationFade& coverage,
               const weights::QueryBatch& batch, const weights::ShadeOptions& options)
-      : field_(field), batch_(batch), pairs_(field, coverage, batch, options), emitter_(field),
-        viewColor_(weights::blendColors(field.rig.views.size())),
+      : field_(field), batch_(batch), corners_(batch.corners()), pairs_(field, coverage, batch, options),
+        lights_(batch.lights), emitter_(field), viewColor_(weights::blendColors(field.rig.views.size())),
         lightColor_(weights::blendColors(field.rig.lights.size())),
         environmentBrightness_(weights::environmentBrightness(batch)) {
+    assert(corners_ == 1 || (batch.environments.empty() && weights::blendsCorners(field, options)));
     isSeparate_ = field.isFullProduct && isSeparateBesideTables(field, options);
     if (isSeparate_ || (field.isFullProduct && !batch.environments.empty()))
       product_.emplace(field, coverage, batch, options,
@@ -157,117 +188,222 @@ public:
     for (size_t first = begin; first < end; first += weights::kQueryLanes) {
       const size_t count = std::min(weights::kQueryLanes, end - first);
       pairs_.prepare(first, count);
-      for (size_t lane = 0; lane < count; ++lane) planQuery(first + lane, pairs_.select(lane), plan);
+      for (size_t lane = 0; lane < count; lane += corners_) {
+        for (Light& light : lights_) light.clear();
+        for (size_t corner = 0; corner < corners_; ++corner)
+          askCorner(first + lane + corner, lane, corner, plan);
+        planPlaces(first + lane, plan);
+      }
     }
     if (isSeparate_) product_->answerRest(rest_, restShares_, begin);
     if (product_) product_->plan(begin, end, plan);
   }
 
 private:
-  void planQuery(size_t query, const weights::BestView& best, ShadingPlan& plan) {
-    cameraColor_ = lightBlendColor_ = {};
+  template <class T> using AtCorners = weights::AtCorners<T>;
+
+  // A photograph that answers a light at some corners.
+  struct Term {
+    uint32_t number;           // of the pair
+    AtCorners<float> weight{}; // not below 0
+    AtCorners<Rgb> factor{};   // of its radiance
+    AtCorners<Rgb> absent{};   // of tables: radiance to add where it does not show a place
+  };
+  static Term& termOf(std::vector<Term>& terms, uint32_t number) {
+    const auto found = std::ranges::find(terms, number, &Term::number);
+    return found != terms.end() ? *found : terms.emplace_back(Term{number});
+  }
+
+  // An operation at a place of a group.
+  struct Operation {
+    uint32_t view;
+    float weight;
+    size_t rowBegin, rowEnd;
+  };
+
+  // A light at the corners: its pairs, and the photographs that correct its tables.
+  struct Light {
+    std::vector<Term> pairs, corrections;
+    AtCorners<float> share; // of the tables
+    // Without gain: radiance by tables, irradiance by which they are multiplied, and correction.
+    AtCorners<Rgb> byTables, irradiance, correction;
+    // At a place: one for each view that has pairs, and one for each correction.
+    std::vector<Operation> ofPairs, ofCorrections;
+
+    void clear() {
+      pairs.clear();
+      corrections.clear();
+      share.fill(0);
+      for (AtCorners<Rgb>* values : {&byTables, &irradiance, &correction}) values->fill({});
+    }
+  };
+
+  void askCorner(size_t query, size_t lane, size_t corner, ShadingPlan& plan) {
+    const weights::BestView best = pairs_.select(lane + corner);
+    confidence_[corner] = weights::confidenceOf(best.penalty);
+    isUnseen_[corner] = best.isSeen ? 0.f : 1.f;
+    cameraColor_[corner] = lightBlendColor_[corner] = {};
     float restShare = static_cast<float>(batch_.environments.size());
-    for (size_t l = 0; l < batch_.lights; ++l) restShare += 1 - planLight(query, l, plan);
+    for (size_t l = 0; l < batch_.lights; ++l) restShare += 1 - askLight(query, l, corner, plan);
     if (isSeparate_) restShares_.push_back(restShare / static_cast<float>(batch_.sources()));
     if (!product_)
       for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
-    for (size_t i = batch_.placeBegin(query) - firstPlace_; i < batch_.placeBegin(query + 1) - firstPlace_;
-         ++i) {
-      plan.confidence[i] = weights::confidenceOf(best.penalty);
-      if (!best.isSeen && !isSeparate_) ++plan.unseen; // the product counts, too
-      if (plan.cameraBlend.empty()) continue;
-      plan.cameraBlend[i] = cameraColor_;
-      plan.lightBlend[i] = lightBlendColor_;
-    }
   }
 
-  // Looks up all places of a query for one of its lights or environments.
-  void emitAll(size_t query, size_t source, uint32_t view, float weight, size_t rowBegin, size_t rowEnd,
-               ShadingPlan& plan) {
-    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place)
-      emitter_.emit(field_.cloud.p0[batch_.placeAt(place)].cast<double>(),
-                    (place - firstPlace_) * plan.targetsPerPlace + source, view, weight, rowBegin, rowEnd,
-                    plan);
-  }
-
-  // Plans the tables' share of a light, and the rest unless the product answers it. Returns that share.
-  float planLight(size_t query, size_t l, ShadingPlan& plan) {
+  // Asks for the tables' share of a light, and for the rest unless the product answers it. Returns that
+  // share.
+  float askLight(size_t query, size_t l, size_t corner, ShadingPlan& plan) {
     pairs_.setLight(l);
+    const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto shared = pairs_.shared();
     const float share = shared ? shared->share : 0;
-    if (shared) planShared(query, l, *shared, plan);
+    if (shared) addCorrections(*shared, irradiance, lights_[l], corner);
     if (isSeparate_)
-      rest_.push_back((1 - share) * batch_.irradiance[query * batch_.lights + l]);
+      rest_.push_back((1 - share) * irradiance);
     else if (share < 1)
-      planPairs(query, l, 1 - share, plan);
+      addPairs(query, 1 - share, irradiance, lights_[l], corner, plan);
     return share;
   }
 
-  // Plans a share of a light; the pairs of one view become one operation.
-  void planPairs(size_t query, size_t l, float share, ShadingPlan& plan) {
-    const Rgb irradiance = share * batch_.irradiance[query * batch_.lights + l];
+  void addPairs(size_t query, float share, const Rgb& irradiance, Light& light, size_t corner,
+                ShadingPlan& plan) {
     const auto [weights, scale, lacksState] = pairs_.blend();
-    const weights::CapturedPairs& pairs = pairs_.pairs();
-    if (lacksState) plan.unmatchedShadows += batch_.placeBegin(query + 1) - batch_.placeBegin(query);
-    const auto sources = static_cast<float>(batch_.sources());
-    for (auto first = weights.begin(); first != weights.end();) {
-      const uint32_t view = pairs[first->index].view;
-      const auto last = std::find_if(
-          first, weights.end(), [&](const weights::Blended& pair) { return pairs[pair.index].view != view; });
-      float ofView = 0;
-      for (auto pair = first; pair != last; ++pair) ofView += pair->weight;
-      const size_t rowBegin = plan.rows.lights.size();
-      for (auto pair = first; pair != last; ++pair) {
-        const auto [_, column, light] = pairs[pair->index];
-        plan.rows.add(column, scale * pair->weight / ofView * pairs_.ratio(irradiance, light));
-        lightBlendColor_ = lightBlendColor_ + share * scale * pair->weight / sources * lightColor_[light];
-      }
-      emitAll(query, l, view, ofView, rowBegin, plan.rows.lights.size(), plan);
-      cameraColor_ = cameraColor_ + share * ofView / sources * viewColor_[view];
-      first = last;
+    if (lacksState)
+      plan.unmatchedShadows += (batch_.placeBegin(query + corners_) - batch_.placeBegin(query)) / corners_;
+    for (const auto& [number, weight] : weights) {
+      const weights::CapturedPairs::Pair& pair = pairs_.pairs()[number];
+      Term& term = termOf(light.pairs, number);
+      term.weight[corner] += share * weight; // perhaps once more, with camera and light exchanged
+      term.factor[corner] =
+          term.factor[corner] + share * scale * weight * pairs_.ratio(irradiance, pair.light);
+      addColors(pair, share * weight, share * scale * weight, corner);
     }
   }
 
-  // The photographs that correct the tables: one operation each. A photograph that does not show a place
-  // counts as its prediction, so that it corrects nothing there. Blend colours are those of the photographs,
-  // by the size of their factors.
-  void planShared(size_t query, size_t l, const weights::PairWeights::Shared& shared, ShadingPlan& plan) {
-    const auto& [photographs, predicted, offset] = shared.blend;
-    const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
+  // Blend colours are those of the photographs, by the size of their factors.
+  void addCorrections(const weights::PairWeights::Shared& shared, const Rgb& irradiance, Light& light,
+                      size_t corner) {
+    const auto& [photographs, predicted, asked, correction] = shared.blend;
     const float share = shared.share * shared.fade;
-    const size_t target = plan.targetsPerPlace - plan.tablesPerPlace + l;
-    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place) {
-      plan.tableShares[(place - firstPlace_) * plan.tablesPerPlace + l] = shared.share;
-      offsetAt(plan, place, target) =
-          share * field_.shared->gains[batch_.placeAt(place)] * (irradiance * offset);
-    }
+    light.share[corner] = shared.share;
+    light.irradiance[corner] = share * irradiance;
+    light.byTables[corner] = share * (irradiance * asked);
+    light.correction[corner] = share * (irradiance * correction);
     float sizes = 0;
     for (const auto& [number, factor] : photographs) sizes += std::abs(factor);
     for (size_t i = 0; i < photographs.size(); ++i) {
       const auto [number, factor] = photographs[i];
       if (factor == 0) continue;
-      const auto [view, column, light] = pairs_.pairs()[number];
-      const size_t row = plan.rows.lights.size();
-      plan.rows.add(column, share * factor / std::abs(factor) * pairs_.ratio(irradiance, light));
-      for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place) {
-        const uint32_t surfel = batch_.placeAt(place);
-        const auto p0 = field_.cloud.p0[surfel].cast<double>();
-        if (emitter_.isShown(p0, view)) {
-          emitter_.emit(p0, (place - firstPlace_) * plan.targetsPerPlace + target, view, std::abs(factor),
-                        row, row + 1, plan);
-        } else {
-          Rgb& sum = offsetAt(plan, place, target);
-          sum = sum + share * factor * field_.shared->gains[surfel] * (irradiance * predicted[i]);
-        }
-      }
-      const float ofBlend = shared.share * std::abs(factor) / (sizes * static_cast<float>(batch_.sources()));
-      cameraColor_ = cameraColor_ + ofBlend * viewColor_[view];
-      lightBlendColor_ = lightBlendColor_ + ofBlend * lightColor_[light];
+      const weights::CapturedPairs::Pair& pair = pairs_.pairs()[number];
+      Term& term = termOf(light.corrections, number);
+      term.weight[corner] = std::abs(factor);
+      term.factor[corner] = share * factor * pairs_.ratio(irradiance, pair.light);
+      term.absent[corner] = share * factor * (irradiance * predicted[i]);
+      const float ofBlend = shared.share * std::abs(factor) / sizes;
+      addColors(pair, ofBlend, ofBlend, corner);
     }
   }
 
-  Rgb& offsetAt(ShadingPlan& plan, size_t place, size_t target) const {
-    return plan.offsets[(place - firstPlace_) * plan.targetsPerPlace + target];
+  void addColors(const weights::CapturedPairs::Pair& pair, float ofView, float ofLight, size_t corner) {
+    const auto sources = static_cast<float>(batch_.sources());
+    cameraColor_[corner] = cameraColor_[corner] + ofView / sources * viewColor_[pair.view];
+    lightBlendColor_[corner] = lightBlendColor_[corner] + ofLight / sources * lightColor_[pair.light];
+  }
+
+  // Plans all places of a group, which begins with a query.
+  void planPlaces(size_t query, ShadingPlan& plan) {
+    for (Light& light : lights_) std::ranges::sort(light.pairs, {}, &Term::number); // view by view
+    const size_t begin = batch_.placeBegin(query), end = batch_.placeBegin(query + corners_);
+    for (size_t place = begin; place < end; ++place) {
+      const AtCorners<float> own = weightsAt(place);
+      const size_t i = place - firstPlace_;
+      plan.confidence[i] = atPlace(confidence_, own);
+      if (!isSeparate_ && atPlace(isUnseen_, own) > 0.5f) ++plan.unseen; // the product counts, too
+      if (!plan.cameraBlend.empty()) {
+        plan.cameraBlend[i] = atPlace(cameraColor_, own);
+        plan.lightBlend[i] = atPlace(lightBlendColor_, own);
+      }
+      emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
+      for (size_t l = 0; l < batch_.lights; ++l) {
+        if (corners_ > 1 || place == begin) writeOperations(lights_[l], own, plan);
+        planLight(place, l, own, plan);
+      }
+    }
+  }
+
+  AtCorners<float> weightsAt(size_t place) const {
+    return corners_ == 1 ? AtCorners<float>{1} : batch_.cornerWeights[place];
+  }
+
+  // Writes the operations of a light at a place.
+  void writeOperations(Light& light, const AtCorners<float>& own, ShadingPlan& plan) const {
+    light.ofPairs.clear();
+    light.ofCorrections.clear();
+    const weights::CapturedPairs& pairs = pairs_.pairs();
+    const auto addRow = [&](const Term& term, float weight) {
+      plan.rows.add(pairs[term.number].column, 1 / weight * atPlace(term.factor, own));
+    };
+    for (auto first = light.pairs.begin(); first != light.pairs.end();) {
+      const uint32_t view = pairs[first->number].view;
+      const auto last = std::find_if(first, light.pairs.end(),
+                                     [&](const Term& term) { return pairs[term.number].view != view; });
+      float weight = 0;
+      for (auto term = first; term != last; ++term) weight += atPlace(term->weight, own);
+      const size_t rowBegin = plan.rows.lights.size();
+      if (weight > 0) {
+        for (auto term = first; term != last; ++term) addRow(*term, weight);
+        light.ofPairs.push_back({view, weight, rowBegin, plan.rows.lights.size()});
+      }
+      first = last;
+    }
+    for (const Term& term : light.corrections) {
+      const float weight = atPlace(term.weight, own);
+      const size_t row = plan.rows.lights.size();
+      if (weight > 0) addRow(term, weight);
+      light.ofCorrections.push_back({pairs[term.number].view, weight, row, row + 1});
+    }
+  }
+
+  // Radiance of a light by tables at a place, without gain. Highlights are narrower than patches: each place
+  // has its own prediction.
+  Rgb byTables(const Light& light, size_t l, size_t place, const AtCorners<float>& own) const {
+    if (corners_ == 1) return light.byTables[0];
+    const Rgb irradiance = atPlace(light.irradiance, own);
+    if (irradiance == Rgb{}) return {};
+    return irradiance * pairs_.predicted(batch_.placeAt(place), batch_.placesTowardsView[place],
+                                         batch_.placesTowardsLight[place * batch_.lights + l]);
+  }
+
+  // Plans a light at a place. A photograph that does not show the place counts as its prediction, so that it
+  // corrects nothing there.
+  void planLight(size_t place, size_t l, const AtCorners<float>& own, ShadingPlan& plan) {
+    const Light& light = lights_[l];
+    const size_t i = place - firstPlace_, first = i * plan.targetsPerPlace;
+    for (const auto& [view, weight, begin, end] : light.ofPairs)
+      emitter_.emit(first + l, view, weight, begin, end, plan);
+    if (plan.tablesPerPlace == 0) return;
+    const size_t target = first + plan.targetsPerPlace - plan.tablesPerPlace + l;
+    plan.tableShares[i * plan.tablesPerPlace + l] = atPlace(light.share, own);
+    Rgb offset = atPlace(light.correction, own) + byTables(light, l, place, own);
+    for (size_t k = 0; k < light.ofCorrections.size(); ++k) {
+      const auto& [view, weight, begin, end] = light.ofCorrections[k];
+      if (!(weight > 0)) continue;
+      if (emitter_.isShown(view))
+        emitter_.emit(target, view, weight, begin, end, plan);
+      else
+        offset = offset + atPlace(light.corrections[k].absent, own);
+    }
+    plan.offsets[target] = field_.shared->gains[batch_.placeAt(place)] * offset;
+  }
+
+  // Looks up all places of a query for one of its environments.
+  void emitAll(size_t query, size_t source, uint32_t view, float weight, size_t rowBegin, size_t rowEnd,
+               ShadingPlan& plan) {
+    for (size_t place = batch_.placeBegin(query); place < batch_.placeBegin(query + 1); ++place) {
+      emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
+      emitter_.emit((place - firstPlace_) * plan.targetsPerPlace + source, view, weight, rowBegin, rowEnd,
+                    plan);
+    }
   }
 
   // Sums the irradiance of the environment's lights that each pair represents; the pairs of one view become
@@ -297,17 +433,22 @@ private:
         plan.rows.add(column, 1 / weight *
                                   weights::irradianceRatio(environment.strength * share,
                                                            pairs_.irradiance(lights[column])));
-        lightBlendColor_ =
-            lightBlendColor_ + colorShare(weights::brightness(share)) * lightColor_[lights[column]];
+        lightBlendColor_[0] =
+            lightBlendColor_[0] + colorShare(weights::brightness(share)) * lightColor_[lights[column]];
       }
       emitAll(query, batch_.lights + e, view, weight, rowBegin, plan.rows.lights.size(), plan);
-      cameraColor_ = cameraColor_ + colorShare(brightnessOfView) * viewColor_[view];
+      cameraColor_[0] = cameraColor_[0] + colorShare(brightnessOfView) * viewColor_[view];
     }
   }
 
   const weights::ReflectanceField& field_;
   const weights::QueryBatch& batch_;
+  const size_t corners_;
   weights::PairWeights pairs_;
+  // The group that is being planned.
+  std::vector<Light> lights_;
+  AtCorners<float> confidence_{}, isUnseen_{}; // unseen: 1
+  AtCorners<Rgb> cameraColor_{}, lightBlendColor_{};
   // Cameras and lights apart: of environments, if every camera has every light, or of all that tables leave.
   std::optional<ProductPlanner> product_;
   bool isSeparate_ = false; // the product answers lights where tables do not
@@ -318,9 +459,8 @@ private:
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
-  Rgb cameraColor_, lightBlendColor_; // blend colours of the current query
-  size_t firstPlace_ = 0;             // of the plan
-  std::vector<Rgb> pairShare_;        // per pair: share of the current environment's irradiance
+  size_t firstPlace_ = 0;      // of the plan
+  std::vector<Rgb> pairShare_; // per pair: share of the current environment's irradiance
 };
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;

@@ -35,9 +35,9 @@ public:
           const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
           const Progress& progress, const ShadeLap& lap)
       : planner_(field, batch, options), queue_(cache, stats, progress), progress_(progress), lap_(lap),
-        queriesAtOnce_(std::max(
-            size_t{1}, std::min(options.targetsAtOnce / planner_.targetsPerPlace() / options.placesPerQuery,
-                                kLightsAtOnce / std::max(size_t{1}, batch.lights)))) {}
+        queriesAtOnce_(
+            wholeGroups(std::min(options.targetsAtOnce / planner_.targetsPerPlace() / options.placesPerQuery,
+                                 kLightsAtOnce / std::max(size_t{1}, batch.lights)))) {}
 
   size_t queriesAtOnce() const { return queriesAtOnce_; }
 
@@ -76,6 +76,9 @@ public:
   }
 
 private:
+  // At most so many queries, but at least one group of four, which is not divided.
+  static size_t wholeGroups(size_t queries) { return std::max(size_t{1}, queries / 4) * 4; }
+
   ShadingPlanner planner_;
   ShadingQueue queue_;
   const Progress& progress_;

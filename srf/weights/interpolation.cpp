@@ -45,6 +45,10 @@ bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& o
   return usesTables(field, options) && otherwise == Interpolation::separate;
 }
 
+bool blendsCorners(const ReflectanceField& field, const ShadeOptions& options) {
+  return usesKriging(field, options) && !isSeparateBesideTables(field, options);
+}
+
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options) {
   return field.rig.lights.empty() || (field.isFullProduct && !usesKriging(field, options));
 }

@@ -75,6 +75,9 @@ bool usesShadowStates(const ReflectanceField& field, const ShadeOptions& options
 // True if the rest that tables leave is answered as by separate, not by kriging.
 bool isSeparateBesideTables(const ReflectanceField& field, const ShadeOptions& options);
 
+// True if surfels may take the mean of weights that were found near them (QueryBatch::cornerWeights).
+bool blendsCorners(const ReflectanceField& field, const ShadeOptions& options);
+
 // True if cameras and lights are weighted apart for directional and point lights.
 bool hasSeparateWeights(const ReflectanceField& field, const ShadeOptions& options);
 

@@ -50,14 +50,14 @@ using PairPlace = std::array<float, 10>;
 inline constexpr float kOppositeHalf = 0.1f;
 inline Vec3<float> halfVector(const Vec3<float>& light, const Vec3<float>& view) {
   const Vec3<float> sum = light + view;
-  return sum / std::max(sum.norm(), kOppositeHalf);
+  return 1 / std::max(sum.norm(), kOppositeHalf) * sum;
 }
 
 inline PairPlace pairPlace(const Direction3<AcquisitionSpace>& light,
                            const Direction3<AcquisitionSpace>& view, float shadow,
                            const KrigingScales& scales) {
-  const Vec3<float> h = halfVector(light.raw(), view.raw()) / scales.half, l = light.raw() / scales.light,
-                    v = view.raw() / scales.view;
+  const Vec3<float> h = 1 / scales.half * halfVector(light.raw(), view.raw());
+  const Vec3<float> l = 1 / scales.light * light.raw(), v = 1 / scales.view * view.raw();
   return {h[0], h[1], h[2], l[0], l[1], l[2], v[0], v[1], v[2], shadow / scales.shadow};
 }
 
@@ -101,12 +101,47 @@ struct KrigingSample {
   float nugget = 0; // nu_i
 };
 
-// w of at most kMaxBlended samples; empty without any. Negative weights are left out and the others scaled to
-// the sum 1: radiance stays positive. Costs about n^3 / 6 + 10 n^2 products.
-BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
+// Requests whose weights are computed together, eight at a time in vector lanes. Every instruction set gives
+// the same bits. Costs about n^3 / 6 + 15 n^2 products for requests of n samples.
+class KrigingBatch {
+public:
+  void clear() { count_ = 0; }
+  // Begins a request; its samples follow. Returns its number.
+  size_t ask(const PairPlace& asked);
+  // Adds a sample, one of at most kMaxBlended, to the request begun last.
+  void add(const KrigingSample& sample);
 
-// Weights of simple kriging, for values whose mean is 0: w = C^-1 c [Rasmussen 2006, Eq. 2.25]. They may be
-// negative, and their sum falls from 1 to 0 with the distance from all samples.
+  // Computes all weights.
+  void solve();
+  // Computes weights of simple kriging, for values whose mean is 0: w = C^-1 c [Rasmussen 2006, Eq. 2.25].
+  // They may be negative, and their sum falls from 1 to 0 with the distance from all samples.
+  void solveSimple();
+
+  // Weights of a request: those above 0, scaled to the sum 1, so that radiance stays positive. Empty without
+  // samples.
+  BlendSet positiveWeights(size_t request) const;
+  // Weights of all its samples.
+  BlendSet weights(size_t request) const;
+
+  static constexpr size_t kLanes = 8;
+  template <class T> using Lanes = std::array<T, kLanes>;
+  // Requests, one a lane. Lanes with fewer samples than others have samples of infinite nugget.
+  struct Group {
+    size_t most = 0; // samples in any lane
+    Lanes<size_t> count{};
+    alignas(32) std::array<Lanes<float>, 10> asked{};
+    alignas(32) std::array<std::array<Lanes<float>, 10>, kMaxBlended> places{};
+    alignas(32) std::array<Lanes<float>, kMaxBlended> nuggets, weights;
+    std::array<Lanes<uint32_t>, kMaxBlended> indices;
+  };
+
+private:
+  std::vector<Group> groups_; // the first (count_ + kLanes - 1) / kLanes are in use
+  size_t count_ = 0;
+};
+
+// w of at most kMaxBlended samples, by a batch of one.
+BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
 BlendSet simpleKrigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked);
 
 // Same weights by the whole system with its multiplier, in double precision: the reference of krigingWeights.

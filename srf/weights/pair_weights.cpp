@@ -87,19 +87,18 @@ NearestCandidates KrigingWeights::nearestLights(const Direction3<AcquisitionSpac
 }
 
 // A pair leaves the blend as its distance grows, or as the confidence in its view or light falls.
-template <class CandidateAt>
-size_t KrigingWeights::samplesOf(const NearestCandidates& nearest, const CandidateAt& candidateAt,
-                                 KrigingSample* samples) const {
+template <class CandidateAt, class Use>
+void KrigingWeights::forEachSample(const NearestCandidates& nearest, const CandidateAt& candidateAt,
+                                   const Use& use) const {
   const auto sorted = nearest.sorted();
   const size_t count = std::min(count_, sorted.size());
   const float threshold = sorted.size() > count ? sorted[count].penalty : kInfinity;
-  for (size_t i = 0; i < count; ++i) {
-    const Candidate candidate = candidateAt(sorted[i].index);
-    samples[i] = {candidate.number, candidate.place,
-                  candidate.nugget +
-                      nuggetOf(threshold > 0 ? sorted[i].penalty / threshold : 0, candidate.confidence)};
+  for (const auto& [index, penalty] : sorted.first(count)) {
+    const Candidate candidate = candidateAt(index);
+    use(KrigingSample{candidate.number, candidate.place,
+                      candidate.nugget +
+                          nuggetOf(threshold > 0 ? penalty / threshold : 0, candidate.confidence)});
   }
-  return count;
 }
 
 void KrigingWeights::leaveOutMissing(const NearPairs& pairs, float* penalties) const {
@@ -144,32 +143,31 @@ NearestCandidates KrigingWeights::nearestPairs(const NearPairs& near, const Near
 }
 
 // Pairs of the nearest views and lights.
-BlendSet KrigingWeights::nearBlend() const {
-  const RequestedLight& asked = asked_;
-  const KrigingScales scales = scalesOf(asked);
+size_t KrigingWeights::askNearPairs(KrigingBatch& batch) const {
+  const KrigingScales scales = scalesOf(asked_);
   const auto& towardsView = batch_.towardsView[query_];
   const NearestCandidates nearest =
-      nearestPairs(near_, exchanged_, requestedPair(asked.towards, towardsView, asked.state(), scales));
-  std::array<KrigingSample, kMaxBlended> samples;
-  const size_t count = samplesOf(
-      nearest,
-      [&](uint32_t place) -> Candidate {
-        const bool isExchanged = place >= near_.size();
-        const NearPairs& pairs = isExchanged ? exchanged_ : near_;
-        const size_t pair = isExchanged ? place - near_.size() : place;
-        return {pairs.numberIn(pairs_, pair), pairs.place(pair, scales), pairs.confidence(pair),
-                isExchanged ? kReciprocalNugget : 0};
-      },
-      samples.data());
-  return krigingWeights({samples.data(), count},
-                        pairPlace(asked.towards, towardsView, asked.state(), scales));
+      nearestPairs(near_, exchanged_, requestedPair(asked_.towards, towardsView, asked_.state(), scales));
+  const size_t request = batch.ask(pairPlace(asked_.towards, towardsView, asked_.state(), scales));
+  const auto candidateAt = [&](uint32_t place) -> Candidate {
+    const bool isExchanged = place >= near_.size();
+    const NearPairs& pairs = isExchanged ? exchanged_ : near_;
+    const size_t pair = isExchanged ? place - near_.size() : place;
+    return {pairs.numberIn(pairs_, pair), pairs.place(pair, scales), pairs.confidence(pair),
+            isExchanged ? kReciprocalNugget : 0};
+  };
+  forEachSample(nearest, candidateAt, [&](const KrigingSample& sample) { batch.add(sample); });
+  return request;
 }
 
 std::span<const LitPhotograph> KrigingWeights::litPhotographs() {
   const RequestedLight& asked = asked_;
   const auto& towardsView = batch_.towardsView[query_];
-  std::array<KrigingSample, kMaxBlended> samples;
   size_t count = 0;
+  const auto keep = [&](const KrigingSample& sample) {
+    const auto& [view, column, light] = pairs_[sample.index];
+    litPhotographs_[count++] = {sample, rig_.towardsView(view), rig_.lights().towards(light)};
+  };
   if (shareOfAll_ > 0) {
     const auto candidateAt = [&](uint32_t number) -> Candidate {
       const auto& [view, column, light] = pairs_[number];
@@ -184,7 +182,7 @@ std::span<const LitPhotograph> KrigingWeights::litPhotographs() {
       const Candidate candidate = candidateAt(number);
       nearest.offer({number, krigingPenalty(candidate.place, requested) / candidate.confidence});
     }
-    count = samplesOf(nearest, candidateAt, samples.data());
+    forEachSample(nearest, candidateAt, keep);
   } else {
     NearPairs lit = near_;
     for (size_t light = 0; light < lit.lights.size; ++light) {
@@ -193,22 +191,16 @@ std::span<const LitPhotograph> KrigingWeights::litPhotographs() {
     }
     const NearestCandidates nearest =
         nearestPairs(lit, {}, requestedPair(asked.towards, towardsView, 1, kResidualScales));
-    count = samplesOf(
-        nearest,
-        [&](uint32_t pair) -> Candidate {
-          return {lit.numberIn(pairs_, pair), lit.place(pair, kResidualScales), lit.confidence(pair), 0};
-        },
-        samples.data());
-  }
-  for (size_t i = 0; i < count; ++i) {
-    const auto& [view, column, light] = pairs_[samples[i].index];
-    litPhotographs_[i] = {samples[i], rig_.towardsView(view), rig_.lights().towards(light)};
+    const auto candidateAt = [&](uint32_t pair) -> Candidate {
+      return {lit.numberIn(pairs_, pair), lit.place(pair, kResidualScales), lit.confidence(pair), 0};
+    };
+    forEachSample(nearest, candidateAt, keep);
   }
   return {litPhotographs_.data(), count};
 }
 
 // All photographed pairs, with `share` of their confidence where they are not near.
-BlendSet KrigingWeights::allBlend() const {
+size_t KrigingWeights::askAllPairs(KrigingBatch& batch) const {
   const RequestedLight& asked = asked_;
   const float share = shareOfAll_;
   const KrigingScales scales = scalesOf(asked);
@@ -231,9 +223,9 @@ BlendSet KrigingWeights::allBlend() const {
     const Candidate candidate = candidateAt(index);
     nearest.offer({index, krigingPenalty(candidate.place, requested) / candidate.confidence});
   }
-  std::array<KrigingSample, kMaxBlended> samples;
-  const size_t found = samplesOf(nearest, candidateAt, samples.data());
-  return krigingWeights({samples.data(), found}, requested);
+  const size_t request = batch.ask(requested);
+  forEachSample(nearest, candidateAt, [&](const KrigingSample& sample) { batch.add(sample); });
+  return request;
 }
 
 float KrigingWeights::setLight(size_t l, const RequestedLight& asked) {
@@ -262,7 +254,9 @@ float KrigingWeights::setLight(size_t l, const RequestedLight& asked) {
   return lightPenalty;
 }
 
-BlendSet KrigingWeights::blend() const { return shareOfAll_ > 0 ? allBlend() : nearBlend(); }
+size_t KrigingWeights::ask(KrigingBatch& batch) const {
+  return shareOfAll_ > 0 ? askAllPairs(batch) : askNearPairs(batch);
+}
 
 PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolationFade& coverage,
                          const QueryBatch& batch, const ShadeOptions& options)
@@ -275,44 +269,74 @@ PairWeights::PairWeights(const ReflectanceField& field, const LightExtrapolation
   if (usesTables(field, options)) shared_.emplace(field);
 }
 
+void PairWeights::moveTo(size_t query) {
+  query_ = query;
+  rig_.moveTo(batch_.surfels[query]);
+}
+
 void PairWeights::prepare(size_t begin, size_t count) {
   begin_ = begin;
-  if (kriging_) kriging_->prepare(begin, count);
+  if (!kriging_) return;
+  kriging_->prepare(begin, count);
+  prepared_.assign(count * batch_.lights, {});
+  pairBatch_.clear();
+  residuals_.clear();
+  for (size_t lane = 0; lane < count; ++lane) prepareLights(lane);
+  pairBatch_.solve();
+  residuals_.solveSimple();
+}
+
+// Asks for the weights of all lights of a query.
+void PairWeights::prepareLights(size_t lane) {
+  moveTo(begin_ + lane);
+  if (shared_) shared_->moveTo(batch_.surfels[query_]);
+  const auto& towardsView = batch_.towardsView[query_];
+  bestViews_[lane] = kriging_->select(lane);
+  for (size_t l = 0; l < batch_.lights; ++l) {
+    Prepared& light = prepared_[lane * batch_.lights + l];
+    const RequestedLight asked = requestedLight(l);
+    light.lightPenalty = kriging_->setLight(l, asked);
+    if (shared_) light.share = shared_->shareOf(towardsView, asked);
+    if (light.share > 0)
+      light.predicted = shared_->ask(towardsView, asked.towards, kriging_->litPhotographs(), residuals_);
+    if (isKriged_ && light.share < 1) light.request = kriging_->ask(pairBatch_);
+  }
 }
 
 BestView PairWeights::select(size_t lane) {
-  query_ = begin_ + lane;
-  rig_.moveTo(batch_.surfels[query_]);
-  if (shared_) shared_->moveTo(batch_.surfels[query_]);
+  moveTo(begin_ + lane);
   if (!kriging_) return views_.computePenalties(query_);
   if (!field_.isFullProduct && (!isKriged_ || !batch_.environments.empty())) views_.computePenalties(query_);
-  return kriging_->select(lane);
+  return bestViews_[lane];
+}
+
+RequestedLight PairWeights::requestedLight(size_t l) const {
+  const size_t entry = query_ * batch_.lights + l;
+  return {batch_.towardsLight[entry],
+          batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
 }
 
 void PairWeights::setLight(size_t l) {
-  const size_t entry = query_ * batch_.lights + l;
   light_ = l;
-  asked_ = {batch_.towardsLight[entry],
-            batch_.reached.empty() ? std::nullopt : std::optional(batch_.reached[entry])};
-  if (kriging_) lightPenalty_ = kriging_->setLight(l, asked_);
+  asked_ = requestedLight(l);
 }
 
 PairWeights::Blend PairWeights::blend() {
   const LightExtrapolation extrapolation = batch_.extrapolationOf(light_);
   if (!isKriged_) return blendTowards(asked_.towards, extrapolation);
-  Blend blend = finished(kriging_->blend(), lightPenalty_, extrapolation);
+  Blend blend =
+      finished(pairBatch_.positiveWeights(prepared().request), prepared().lightPenalty, extrapolation);
   if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked_);
   if (asked_.reached && !blend.weights.empty())
     blend.lacksState = shareOfState(blend.weights, *asked_.reached) < 0.5f;
   return blend;
 }
 
-std::optional<PairWeights::Shared> PairWeights::shared() {
-  const auto& towardsView = batch_.towardsView[query_];
-  const float share = shared_ ? shared_->shareOf(towardsView, asked_) : 0;
-  if (share <= 0) return std::nullopt;
-  return Shared{shared_->blend(towardsView, asked_.towards, kriging_->litPhotographs()), share,
-                fadeOf(lightPenalty_, batch_.extrapolationOf(light_))};
+std::optional<PairWeights::Shared> PairWeights::shared() const {
+  if (!shared_ || prepared().share <= 0) return std::nullopt;
+  const Prepared& light = prepared();
+  return Shared{shared_->blendOf(light.predicted, residuals_), light.share,
+                fadeOf(light.lightPenalty, batch_.extrapolationOf(light_))};
 }
 
 PairWeights::Blend PairWeights::blendTowards(const Direction3<AcquisitionSpace>& towards,

@@ -50,8 +50,9 @@ public:
   // Selects the l-th light of the selected query, for the methods below. Returns the penalty of the captured
   // light nearest to it; infinite if there is none, and nothing to blend.
   float setLight(size_t l, const RequestedLight& asked);
-  // The pairs for the light; indices are numbers of pairs.
-  BlendSet blend() const;
+  // Begins a request in a batch, with the pairs for the light as its samples; indices are numbers of pairs.
+  // Returns its number.
+  size_t ask(KrigingBatch& batch) const;
   // The photographs nearest to the light by kResidualScales, less trusted if less of their light reaches
   // the surfel.
   std::span<const LitPhotograph> litPhotographs();
@@ -72,13 +73,11 @@ private:
   float shareOfAllPairs() const; // g
   void noteNearConfidences(const NearPairs& pairs);
   void leaveOutMissing(const NearPairs& pairs, float* penalties) const;
-  BlendSet nearBlend() const;
-  BlendSet allBlend() const;
-  // Samples of the nearest of the candidates, whose numbers become those of pairs; writes them at `samples`
-  // (kMaxBlended) and returns how many.
-  template <class CandidateAt>
-  size_t samplesOf(const NearestCandidates& nearest, const CandidateAt& candidateAt,
-                   KrigingSample* samples) const;
+  size_t askNearPairs(KrigingBatch& batch) const;
+  size_t askAllPairs(KrigingBatch& batch) const;
+  // Calls use(sample) for the nearest of the candidates; indices are numbers of pairs.
+  template <class CandidateAt, class Use>
+  void forEachSample(const NearestCandidates& nearest, const CandidateAt& candidateAt, const Use& use) const;
   // The count_ + 1 pairs of least penalty among near ones and exchanged ones.
   NearestCandidates nearestPairs(const NearPairs& near, const NearPairs& exchanged,
                                  const RequestedPair& requested) const;
@@ -135,7 +134,7 @@ public:
     // True if photographs of the requested shadow state have less than half of the weights.
     bool lacksState = false;
   };
-  // The pairs for the light.
+  // The pairs for the light. Not called where tables answer with a share of 1.
   Blend blend();
 
   // Answer of the tables for the light; empty without tables, or with a share of 0.
@@ -144,7 +143,12 @@ public:
     float share; // m
     float fade;  // where no light was captured (fades.h)
   };
-  std::optional<Shared> shared();
+  std::optional<Shared> shared() const;
+  // Prediction of any surfel by its tables, without its gain.
+  Rgb predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
+                const Direction3<AcquisitionSpace>& towardsLight) const {
+    return shared_->predicted(surfel, towardsView, towardsLight);
+  }
   // The pairs for a light of an environment, by ULR over all photographed pairs.
   Blend blendTowards(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
 
@@ -158,6 +162,18 @@ public:
   }
 
 private:
+  // Kriging of a light of a prepared query.
+  struct Prepared {
+    float lightPenalty = kInfinity;
+    size_t request = 0;         // in the batch of pairs; if blend() is by kriging
+    float share = 0;            // m
+    PredictedRequest predicted; // in the batch of residuals; if m > 0
+  };
+
+  void moveTo(size_t query);
+  void prepareLights(size_t lane);
+  RequestedLight requestedLight(size_t l) const;
+  const Prepared& prepared() const { return prepared_[(query_ - begin_) * batch_.lights + light_]; }
   Blend finished(const BlendSet& weights, float lightPenalty, LightExtrapolation extrapolation) const;
   // Fade of a light where no light was captured, by the penalty of the nearest.
   float fadeOf(float lightPenalty, LightExtrapolation extrapolation) const;
@@ -174,13 +190,15 @@ private:
   const CapturedPairs pairs_;
   RigAtSurfel rig_;
   CameraWeights views_;
-  std::optional<KrigingWeights>
-      kriging_; // if it answers directional and point lights, or finds lit photographs
-  std::optional<SharedWeights> shared_; // if tables answer with it
+  std::optional<KrigingWeights> kriging_; // if it answers directional and point lights, or finds photographs
+  std::optional<SharedWeights> shared_;   // if tables answer with it
+  // Of the prepared queries.
+  std::array<BestView, kQueryLanes> bestViews_;
+  std::vector<Prepared> prepared_; // light by light, query by query
+  KrigingBatch pairBatch_, residuals_;
   // State of the selected light.
   size_t light_ = 0;
   RequestedLight asked_;
-  float lightPenalty_ = kInfinity;
   std::vector<float> lightPenalties_; // p_j of all captured lights
   size_t begin_ = 0, query_ = 0;      // first prepared query; selected query
 };

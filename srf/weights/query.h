@@ -28,12 +28,22 @@ struct QueryEnvironment {
   const LightTable* table = nullptr;
 };
 
+// A value at each of the four corners of a patch of surfels.
+template <class T> using AtCorners = std::array<T, 4>;
+
 struct QueryBatch {
   size_t lights = 0;             // per query
   std::vector<uint32_t> surfels; // one per query
   // Surfels that are shaded with the weights of a query, each at its own place in the photographs: those of
   // query q are places[firstPlace[q] .. firstPlace[q + 1]). Both empty: each query shades its own surfel.
   std::vector<uint32_t> places, firstPlace;
+  // If not empty, queries come in groups of four, the corners of a patch; firstPlace has an entry a group,
+  // and each place is shaded with the mean of its corners' weights, weighted by its entry here, whose sum
+  // is 1. For kriging and tables, without environments. Tables are looked up at each place by its own
+  // directions to the viewer and to the lights (`lights` a place, in succession), which are empty without
+  // tables.
+  std::vector<AtCorners<float>> cornerWeights;
+  std::vector<Direction3<AcquisitionSpace>> placesTowardsView, placesTowardsLight;
   std::vector<Direction3<AcquisitionSpace>> towardsView; // one per query; unit
   // `lights` per query, in succession: unit direction to the light, and irradiance of a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;
@@ -50,7 +60,9 @@ struct QueryBatch {
   size_t size() const { return surfels.size(); }
   size_t sources() const { return lights + environments.size(); } // per query
 
-  size_t placeBegin(size_t query) const { return firstPlace.empty() ? query : firstPlace[query]; }
+  size_t corners() const { return cornerWeights.empty() ? 1 : 4; } // queries a group
+  // First place of a group, by its first query.
+  size_t placeBegin(size_t query) const { return firstPlace.empty() ? query : firstPlace[query / corners()]; }
   uint32_t placeAt(size_t i) const { return firstPlace.empty() ? surfels[i] : places[i]; }
 
   // Places at rest of the queries [begin, begin + count), 1..kQueryLanes of them.

@@ -22,12 +22,16 @@ float distrust(const PredictedReflectance& prediction, float cosView, float whit
 
 } // namespace
 
+Rotation<SurfelSpace, AcquisitionSpace, float> SharedWeights::tablesFromAcquisition(uint32_t surfel) const {
+  const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
+  return Rotation<SurfelSpace, AcquisitionSpace, float>(
+      field_.shared->frameOf(surfel, frame).matrix().transpose());
+}
+
 void SharedWeights::moveTo(uint32_t surfel) {
   surfel_ = surfel;
   const reflectance::SharedReflectance& shared = *field_.shared;
-  const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
-  surfelFromAcquisition_ = Rotation<SurfelSpace, AcquisitionSpace, float>(
-      shared.frameOf(surfel, frame).matrix().transpose());
+  surfelFromAcquisition_ = tablesFromAcquisition(surfel);
   trust_ = 0;
   const reflectance::TableMixture& mixture = shared.mixtures[surfel];
   for (size_t m = 0; m < reflectance::kMixedTables; ++m)
@@ -43,10 +47,19 @@ float SharedWeights::shareOf(const Direction3<AcquisitionSpace>& towardsView,
   return trust_ * lit * static_cast<float>(smoothStep(0, kGrazing, surfelFromAcquisition_(towardsView).z()));
 }
 
-SharedBlend SharedWeights::blend(const Direction3<AcquisitionSpace>& towardsView,
-                                 const Direction3<AcquisitionSpace>& towardsLight,
-                                 std::span<const LitPhotograph> nearest) const {
-  constexpr size_t kMost = kMaxBlended + 1; // the request is the last
+Rgb SharedWeights::predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
+                             const Direction3<AcquisitionSpace>& towardsLight) const {
+  const auto inTables = tablesFromAcquisition(surfel);
+  const std::array view{inTables(towardsView)}, light{inTables(towardsLight)};
+  std::array<Rgb, 1> value;
+  predictReflectance(field_.shared->tables, field_.shared->mixtures[surfel], view, light, value);
+  return value[0];
+}
+
+PredictedRequest SharedWeights::ask(const Direction3<AcquisitionSpace>& towardsView,
+                                    const Direction3<AcquisitionSpace>& towardsLight,
+                                    std::span<const LitPhotograph> nearest, KrigingBatch& batch) const {
+  constexpr size_t kMost = kMaxBlended + 1;
   const size_t count = nearest.size(), all = count + 1;
   std::array<Direction3<SurfelSpace>, kMost> views, lights;
   for (size_t i = 0; i < count; ++i) {
@@ -55,34 +68,40 @@ SharedBlend SharedWeights::blend(const Direction3<AcquisitionSpace>& towardsView
   }
   views[count] = surfelFromAcquisition_(towardsView);
   lights[count] = surfelFromAcquisition_(towardsLight);
-  std::array<reflectance::TableMixture, kMost> mixtures;
-  std::array<Rgb, kMost> ones, values;
-  mixtures.fill(field_.shared->mixtures[surfel_]);
-  ones.fill({1, 1, 1});
-  predictReflectance(field_.shared->tables, std::span(mixtures).first(all), std::span(ones).first(all),
-                     std::span(views).first(all), std::span(lights).first(all), std::span(values).first(all));
 
-  const Rgb& gain = field_.shared->gains[surfel_];
-  const float white = field_.shared->white;
-  std::array<PredictedReflectance, kMost> predictions;
-  for (size_t i = 0; i < all; ++i) predictions[i] = {gain * values[i], std::max(0.f, lights[i].z())};
   const PairPlace asked = pairPlace(towardsLight, towardsView, 1, kResidualScales);
-  std::array<KrigingSample, kMaxBlended> samples;
+  PredictedRequest request{.number = batch.ask(asked), .count = count, .gain = field_.shared->gains[surfel_]};
+  predictReflectance(field_.shared->tables, field_.shared->mixtures[surfel_], std::span(views).first(all),
+                     std::span(lights).first(all), std::span(request.values).first(all));
+  for (size_t i = 0; i < all; ++i) request.cosines[i] = std::max(0.f, lights[i].z());
   for (size_t i = 0; i < count; ++i) {
-    samples[i] = nearest[i].sample;
-    samples[i].nugget += (1 - matern52(squaredDistance(samples[i].place, asked))) *
-                         distrust(predictions[i], views[i].z(), white);
+    const PredictedReflectance prediction{request.gain * request.values[i], request.cosines[i]};
+    KrigingSample sample = nearest[i].sample;
+    sample.nugget += (1 - matern52(squaredDistance(sample.place, asked))) *
+                     distrust(prediction, views[i].z(), field_.shared->white);
+    batch.add(sample);
   }
-  SharedBlend blend{simpleKrigingWeights({samples.data(), count}, asked), {}, {}};
+  return request;
+}
+
+SharedBlend SharedWeights::blendOf(const PredictedRequest& request, const KrigingBatch& batch) const {
+  const auto predicted = [&](size_t i) -> PredictedReflectance {
+    return {request.gain * request.values[i], request.cosines[i]};
+  };
+  const size_t count = request.count;
+  SharedBlend blend{batch.weights(request.number), {}, request.values[count], {}};
+  std::array<PredictedReflectance, kMaxBlended> predictions;
   std::array<float, kMaxBlended> factors;
-  for (size_t i = 0; i < count; ++i) factors[i] = blend.photographs[i].weight;
-  applyCorrection(predictions[count], std::span(predictions).first(count), white,
+  for (size_t i = 0; i < count; ++i) {
+    predictions[i] = predicted(i);
+    factors[i] = blend.photographs[i].weight;
+  }
+  applyCorrection(predicted(count), std::span(predictions).first(count), field_.shared->white,
                   std::span(factors).first(count));
-  blend.offset = values[count];
   for (size_t i = 0; i < count; ++i) {
     blend.photographs[i].weight = factors[i];
-    blend.predicted[i] = values[i];
-    blend.offset = blend.offset + -factors[i] * values[i];
+    blend.predicted[i] = request.values[i];
+    blend.correction = blend.correction + -factors[i] * request.values[i];
   }
   return blend;
 }

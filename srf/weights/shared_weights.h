@@ -52,9 +52,19 @@ struct LitPhotograph {
 // Answer of tables and photographs, without the factor m.
 struct SharedBlend {
   BlendSet photographs; // weight is f_i
-  // Predictions of these photographs, and b, both without the surfel's gain.
+  // Predictions of these photographs, t_i, and of the request, t, all without the surfel's gain.
   std::array<Rgb, kMaxBlended> predicted;
-  Rgb offset;
+  Rgb asked;
+  Rgb correction; // - sum_i f_i t_i: b without t
+};
+
+// A request whose photographs are not yet weighted: what the tables predict.
+struct PredictedRequest {
+  size_t number = 0;                          // in the batch
+  size_t count = 0;                           // of photographs; the request comes after them
+  std::array<Rgb, kMaxBlended + 1> values;    // without gain
+  std::array<float, kMaxBlended + 1> cosines; // of lights, not below 0
+  Rgb gain;
 };
 
 // Computes shared blends at one surfel after another.
@@ -68,12 +78,20 @@ public:
   // m
   float shareOf(const Direction3<AcquisitionSpace>& towardsView, const RequestedLight& asked) const;
 
-  // Blend of the nearest photographs, at most kMaxBlended; predictions alone if there are none.
-  SharedBlend blend(const Direction3<AcquisitionSpace>& towardsView,
-                    const Direction3<AcquisitionSpace>& towardsLight,
-                    std::span<const LitPhotograph> nearest) const;
+  // t of any surfel, without its gain.
+  Rgb predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
+                const Direction3<AcquisitionSpace>& towardsLight) const;
+
+  // Begins a request in a batch, with the nearest photographs as its samples, at most kMaxBlended.
+  PredictedRequest ask(const Direction3<AcquisitionSpace>& towardsView,
+                       const Direction3<AcquisitionSpace>& towardsLight,
+                       std::span<const LitPhotograph> nearest, KrigingBatch& batch) const;
+  // Blend of a request, once solveSimple has weighted its photographs; predictions alone if there are none.
+  SharedBlend blendOf(const PredictedRequest& request, const KrigingBatch& batch) const;
 
 private:
+  Rotation<reflectance::SurfelSpace, AcquisitionSpace, float> tablesFromAcquisition(uint32_t surfel) const;
+
   const ReflectanceField& field_;
   uint32_t surfel_ = 0;
   float trust_ = 0; // sum of weight * trust over the mixture

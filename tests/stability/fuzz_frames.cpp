@@ -103,7 +103,7 @@ surfels::FrameOptions randomOptions(Dice& dice, const model::Model& model) {
   options.shade.nearest = dice.isRare();
   options.splats.lowPass = dice.isRare() ? dice.scale(0.1, 5) : 0.44;
   if (dice.isRare()) options.surfelSize = dice.scale(0.1, 10);
-  if (dice.isRare()) options.surfelsPerPatch = static_cast<size_t>(1 + dice.below(30));
+  if (dice.isRare()) options.surfelsPerQuery = static_cast<size_t>(1 + dice.below(30));
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   return options;
 }

@@ -110,9 +110,9 @@ Group sharedGroup() {
       "Tables of reflectance",
       "three cameras and three lights apart (`separate`), without tables",
       {
-          {"normals 2 degrees off", "highlights where they are", "RMS error", 0.025,
+          {"normals 2 degrees off", "highlights where they are", "RMS error", 0.017,
            [] { return normalsOff(2); }},
-          {"normals 5 degrees off", "highlights where they are", "RMS error", 0.05,
+          {"normals 5 degrees off", "highlights where they are", "RMS error", 0.025,
            [] { return normalsOff(5); }},
           {"normals 10 degrees off", "no worse than without tables", "RMS error", 0.036,
            [] { return normalsOff(10); }},

@@ -127,7 +127,7 @@ TEST_F(CutOfSphere, ThePictureIsAContinuousFunctionOfTheSize) {
 TEST_F(CutOfSphere, SameBitsForAnyThreadsWithAllAovsAndPatches) {
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
   options.surfelSize = 2.2;
-  options.surfelsPerPatch = 8;
+  options.surfelsPerQuery = 8;
   const FrameLayers expected = renderFrame(model(), {*warp, camera, lights}, options, workspace);
   EXPECT_LT(workspace.stats.surfels, model().cloud.size() / 2);
   for (const int threads : {1, 2})

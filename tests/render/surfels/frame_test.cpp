@@ -153,8 +153,8 @@ TEST_F(FrameOfSphere, SameBitsForAnyThreadsAnyCacheAndAnyPieces) {
   const auto warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
   FrameOptions options;
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
-  for (const size_t surfelsPerPatch : {1, 8}) {
-    options.surfelsPerPatch = surfelsPerPatch;
+  for (const size_t surfelsPerQuery : {1, 8}) {
+    options.surfelsPerQuery = surfelsPerQuery;
     options.shade.targetsAtOnce = weights::kTargetsAtOnce;
     const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
     for (const int threads : {1, 2})
@@ -179,7 +179,7 @@ TEST_F(FrameOfSphere, PatchesShowTheFullFrameUpToTheirSize) {
   FrameOptions options;
   FrameWorkspace workspace(model(), size_t{1} << 28);
   const auto pictureWith = [&](size_t most) {
-    options.surfelsPerPatch = most;
+    options.surfelsPerQuery = most;
     return renderFrame(model(), {*warp, camera, lights}, options, workspace).color;
   };
   for (const auto& [most, leastDb] : {std::pair<size_t, double>{2, 52}, {8, 46}, {32, 39}})

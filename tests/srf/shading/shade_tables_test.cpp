@@ -50,7 +50,8 @@ TEST_F(ShadeTables, UnderColouredPointLightsEqualTheReference) {
     model.rig.lights[light].kind =
         capture::PointLight{place, {static_cast<float>(25 + 25 * (light % 3)), 50, 12}};
   }
-  expectTablesEqualTheReference(model, random, 1e-4); // by the root of cosines near 0 (tableLink), for irradiance up to 4
+  expectTablesEqualTheReference(model, random,
+                                1e-4); // by the root of cosines near 0 (tableLink), for irradiance up to 4
 }
 
 class ShadeTablesWithGaps : public PairQueries {};
@@ -58,6 +59,81 @@ TEST_F(ShadeTablesWithGaps, EqualTheReference) { expectTablesEqualTheReference(m
 
 class ShadeTablesWithFewGaps : public NearPairQueries {};
 TEST_F(ShadeTablesWithFewGaps, EqualTheReference) { expectTablesEqualTheReference(model, random); }
+
+// Groups of four random queries with three places each, whose weights are random.
+weights::QueryBatch randomGroups(const model::Model& model, size_t groups, std::mt19937& random) {
+  std::uniform_real_distribution<float> any(0, 1);
+  weights::QueryBatch batch = randomBatch(model, 4 * groups, 2, random);
+  const weights::QueryBatch places = randomBatch(model, 3 * groups, 2, random);
+  batch.places = places.surfels;
+  batch.placesTowardsView = places.towardsView;
+  batch.placesTowardsLight = places.towardsLight;
+  for (uint32_t group = 0; group <= groups; ++group) batch.firstPlace.push_back(3 * group);
+  for (size_t place = 0; place < batch.places.size(); ++place) {
+    weights::AtCorners<float> own;
+    for (float& weight : own) weight = any(random);
+    const float sum = own[0] + own[1] + own[2] + own[3];
+    for (float& weight : own) weight /= sum;
+    batch.cornerWeights.push_back(own);
+  }
+  return batch;
+}
+
+// A query of a batch of groups, whose only place is one of the batch.
+weights::QueryBatch cornerOf(const weights::QueryBatch& batch, size_t query, uint32_t place) {
+  weights::QueryBatch one;
+  one.lights = batch.lights;
+  one.surfels = {batch.surfels[query]};
+  one.places = {place};
+  one.firstPlace = {0, 1};
+  one.towardsView = {batch.towardsView[query]};
+  for (size_t l = query * batch.lights; l < (query + 1) * batch.lights; ++l) {
+    one.towardsLight.push_back(batch.towardsLight[l]);
+    one.irradiance.push_back(batch.irradiance[l]);
+  }
+  return one;
+}
+
+TEST_F(ShadeTables, UnderKrigingAPlaceIsTheMeanOfWhatItsCornersSay) {
+  model.interpolation.kind = weights::Interpolation::kriging;
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  const weights::QueryBatch batch = randomGroups(model, 40, random);
+  const std::vector<Rgb> got = shade(model, batch, {}, cache, stats).radiance;
+  ASSERT_EQ(got.size(), batch.places.size());
+  for (size_t place = 0; place < got.size(); ++place) {
+    Rgb wanted;
+    for (size_t corner = 0; corner < 4; ++corner) {
+      const auto own = cornerOf(batch, 4 * (place / 3) + corner, batch.places[place]);
+      wanted = wanted + batch.cornerWeights[place][corner] * shade(model, own, {}, cache, stats).radiance[0];
+    }
+    EXPECT_NEAR(got[place].r, wanted.r, 1e-5 * model.white);
+    EXPECT_NEAR(got[place].b, wanted.b, 1e-5 * model.white);
+  }
+}
+
+// A surfel that is its own corner, whatever the other corners are.
+TEST_F(ShadeTables, ACornerOfAPatchIsAnsweredAsWithoutOne) {
+  giveTables(model, random);
+  model.interpolation.otherwise = weights::Interpolation::kriging;
+  codec::BlockCache cache(model.files, everything);
+  ShadingStats stats;
+  weights::QueryBatch batch = randomBatch(model, 120, 2, random);
+  const std::vector<Rgb> wanted = shade(model, batch, {}, cache, stats).radiance;
+  batch.places = batch.surfels;
+  batch.placesTowardsView = batch.towardsView;
+  batch.placesTowardsLight = batch.towardsLight;
+  for (uint32_t place = 0; place <= batch.size(); place += 4) batch.firstPlace.push_back(place);
+  for (size_t place = 0; place < batch.size(); ++place) {
+    batch.cornerWeights.push_back({});
+    batch.cornerWeights.back()[place % 4] = 1;
+  }
+  const std::vector<Rgb> got = shade(model, batch, {}, cache, stats).radiance;
+  for (size_t place = 0; place < got.size(); ++place) {
+    EXPECT_NEAR(got[place].r, wanted[place].r, 1e-5 * model.white);
+    EXPECT_NEAR(got[place].b, wanted[place].b, 1e-5 * model.white);
+  }
+}
 
 // Tables that pack has fitted to a glossy sphere.
 class ShadeFittedTables : public TableQueries {

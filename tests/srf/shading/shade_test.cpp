@@ -291,7 +291,7 @@ void expectPartsAreTheWhole(const model::Model& model, const weights::QueryBatch
     const weights::ShadeOptions options{.showsBlends = true, .targetsAtOnce = targets};
     const Shaded filled = shade(model, batch.size(), fill, options, cache, stats);
     const size_t perQuery = model.isFullProduct ? 1 : batch.sources();
-    EXPECT_EQ(most, std::min(batch.size(), std::max(size_t{1}, targets / perQuery)));
+    EXPECT_EQ(most, std::min(batch.size(), std::max(size_t{1}, targets / perQuery / 4) * 4)); // whole groups
     return filled;
   };
   const Shaded whole = inPartsOf(std::numeric_limits<size_t>::max());

@@ -53,7 +53,7 @@ protected:
 
   // L / E_q for the reflectance of the photographs.
   Rgb answerOf(const SharedBlend& blend, std::span<const Rgb> measured) const {
-    Rgb sum = field.shared->gains[0] * blend.offset;
+    Rgb sum = field.shared->gains[0] * (blend.asked + blend.correction);
     for (const auto& [index, factor] : blend.photographs) sum = sum + factor * measured[index];
     return sum;
   }
@@ -64,9 +64,17 @@ protected:
     return own;
   }
 
+  SharedBlend blend(const Direction3<AcquisitionSpace>& view, const Direction3<AcquisitionSpace>& light,
+                    std::span<const LitPhotograph> photographs) const {
+    KrigingBatch batch;
+    const PredictedRequest request = weights().ask(view, light, photographs, batch);
+    batch.solveSimple();
+    return weights().blendOf(request, batch);
+  }
+
   // By the tables alone.
   Rgb predicted(const Direction3<AcquisitionSpace>& view, const Direction3<AcquisitionSpace>& light) const {
-    return field.shared->gains[0] * weights().blend(view, light, {}).offset;
+    return field.shared->gains[0] * blend(view, light, {}).asked;
   }
 
   std::mt19937 random{1};
@@ -80,8 +88,7 @@ TEST_F(SharedWeight, PhotographsThatAgreeWithTheTablesChangeNothing) {
     std::vector<Rgb> measured;
     for (const LitPhotograph& each : photographs)
       measured.push_back(predicted(each.towardsView, each.towardsLight));
-    const Rgb got = answerOf(weights().blend(view, light, photographs), measured),
-              wanted = predicted(view, light);
+    const Rgb got = answerOf(blend(view, light, photographs), measured), wanted = predicted(view, light);
     EXPECT_NEAR(got.r, wanted.r, 1e-5);
     EXPECT_NEAR(got.g, wanted.g, 1e-5);
     EXPECT_NEAR(got.b, wanted.b, 1e-5);
@@ -96,10 +103,9 @@ TEST_F(SharedWeight, APhotographThatIsMetAnswersAlone) {
     photographs[3].sample.nugget = nuggetOf(0, 1);
     std::vector<Rgb> measured;
     for (size_t i = 0; i < photographs.size(); ++i) measured.push_back({value(random), value(random), 1});
-    const SharedBlend blend =
-        weights().blend(photographs[3].towardsView, photographs[3].towardsLight, photographs);
-    const Rgb got = answerOf(blend, measured);
-    EXPECT_NEAR(blend.photographs[3].weight, 1, 1e-3);
+    const SharedBlend met = blend(photographs[3].towardsView, photographs[3].towardsLight, photographs);
+    const Rgb got = answerOf(met, measured);
+    EXPECT_NEAR(met.photographs[3].weight, 1, 1e-3);
     EXPECT_NEAR(got.r, measured[3].r, 3e-3);
     EXPECT_NEAR(got.g, measured[3].g, 3e-3);
   }
@@ -111,7 +117,7 @@ TEST_F(SharedWeight, FarFromAllPhotographsTheTablesAnswerAlone) {
   const auto other = assume<Direction3<AcquisitionSpace>>(Vec3<float>(-0.8f, 0, 0.6f)); // not grazing
   const std::vector<LitPhotograph> photographs{
       {{0, pairPlace(other, other, 1, kResidualScales), nuggetOf(0.1f, 1)}, other, other}};
-  EXPECT_LT(std::abs(weights().blend(view, light, photographs).photographs[0].weight), 1e-3);
+  EXPECT_LT(std::abs(blend(view, light, photographs).photographs[0].weight), 1e-3);
 }
 
 TEST_F(SharedWeight, TheAnswerIsContinuous) {
@@ -128,8 +134,7 @@ TEST_F(SharedWeight, TheAnswerIsContinuous) {
       float largest = 0, before = 0;
       for (int step = 0; step <= steps; ++step) {
         const float t = static_cast<float>(step) / static_cast<float>(steps);
-        const float now =
-            answerOf(weights().blend(between(v0, v1, t), between(l0, l1, t), photographs), measured).r;
+        const float now = answerOf(blend(between(v0, v1, t), between(l0, l1, t), photographs), measured).r;
         if (step > 0) largest = std::max(largest, std::abs(now - before));
         before = now;
       }
