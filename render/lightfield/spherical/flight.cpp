@@ -64,7 +64,7 @@ OpenFlight::OpenFlight(const std::filesystem::path& folder, const CacheBudgets& 
     : folder_(folder, kFormat, kVersion, progress), file_(folder_), tree_(file_.shape().levels),
       context_(gl::contextOfThread()),
       slots_(slotsFor(file_.shape(), budgets, static_cast<size_t>(context_->describe().limits.arrayLayers))),
-      frame_(tree_, file_.shape(), slots_.gpu), loader_(file_),
+      frame_(tree_, file_.shape(), slots_.gpu, folder_.mesh()), loader_(file_),
       model_(tree_.levels(), measuredTimes(file_, frame_)), cache_(slots_, loader_, frame_),
       flight_(tree_, cache_, model_, options) {}
 
