@@ -88,6 +88,7 @@ struct Look {
   double mip = 0;           // least mip level of the images
   bool depth = true;        // points of the object's mesh, rather than of an image's plane, are shown
   bool interpolated = true; // between neighbouring pencils
+  int coarser = 0;          // mip levels above the one whose texels are as wide as pixels
   friend bool operator==(const Look&, const Look&) = default;
 };
 

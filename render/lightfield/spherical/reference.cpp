@@ -67,7 +67,7 @@ Picture renderReference(const DirectionTree& tree, const FieldShape& shape, cons
   const Vec3<double> viewer = camera.center().raw();
   const double focal = std::min(camera.lens.focalX, camera.lens.focalY);
   const double distance = (viewer - shape.sphere.middle).norm();
-  const double mip = std::max(look.mip, mipFor(shape.sphere, shape.size, distance, 1 / focal));
+  const double mip = std::max(look.mip, look.coarser + mipFor(shape.sphere, shape.size, distance, 1 / focal));
   for (int y = 0; y < picture.color.height; ++y) {
     progress.checkpoint();
     for (int x = 0; x < picture.color.width; ++x) {

@@ -153,7 +153,8 @@ void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, cons
   if (showsSurface_) drawSurface();
   const double distance = (camera.center().raw() - shape_.sphere.middle).norm();
   const double focal = std::min(camera_.lens.focalX, camera_.lens.focalY);
-  const double mip = std::max(look.mip, mipFor(shape_.sphere, shape_.size, distance, 1 / focal));
+  const double mip =
+      std::max(look.mip, look.coarser + mipFor(shape_.sphere, shape_.size, distance, 1 / focal));
   program_.set("clipFromRay", clipFromRay(camera_));
   program_.set("rayOfPixel", Eigen::Matrix3f(rayOfPixel(camera_, shape_.sphere).cast<float>()));
   program_.set("mip", static_cast<float>(mip));

@@ -167,7 +167,8 @@ private:
                       {[&](const Look& chosen) { frame.begin(camera, chosen, options.samples); },
                        addTriangles(), [] { gl::finish(); }, [&] { return watch.seconds(); }});
     layers.report.seconds["draw"] = record.seconds;
-    layers.report.counts = {{"level", record.detail},
+    layers.report.counts = {{"level", record.detail.level},
+                            {"coarser_mips", record.detail.coarser},
                             {"predicted_ms", 1e3 * record.predicted},
                             {"triangles_of_ancestors", static_cast<double>(record.counts.substituted)}};
     addCounts(record.counts, layers);

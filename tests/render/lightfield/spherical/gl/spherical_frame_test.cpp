@@ -61,6 +61,7 @@ std::vector<Look> allLooks() {
     for (const bool depth : {false, true})
       for (const bool interpolated : {false, true}) looks.push_back({detail, 0, depth, interpolated});
   looks.push_back({1.5, 1.25, true, true});
+  looks.push_back({1.5, 0, true, true, 1});
   return looks;
 }
 
