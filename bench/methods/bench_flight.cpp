@@ -52,13 +52,10 @@ capture::Camera<AcquisitionSpace> cameraOf(const scene::Script& script, int fram
 }
 
 Json frameJson(const spherical::FrameRecord& frame) {
-  return {{"level", frame.detail},
-          {"predicted_ms", 1e3 * frame.predicted},
-          {"ms", 1e3 * frame.seconds},
-          {"triangles", frame.counts.triangles},
-          {"images_uploaded", frame.counts.uploads},
-          {"images_read", frame.counts.reads},
-          {"triangles_of_ancestors", frame.counts.substituted}};
+  return {{"level", frame.detail.level},           {"coarser_mips", frame.detail.coarser},
+          {"predicted_ms", 1e3 * frame.predicted}, {"ms", 1e3 * frame.seconds},
+          {"triangles", frame.counts.triangles},   {"images_uploaded", frame.counts.uploads},
+          {"images_read", frame.counts.reads},     {"triangles_of_ancestors", frame.counts.substituted}};
 }
 
 // Figures over the frames after the warm-up.
@@ -69,7 +66,7 @@ Json summaryOf(const std::vector<spherical::FrameRecord>& frames, const FlyArgum
   for (size_t i = skipped; i < frames.size(); ++i) {
     const spherical::FrameRecord& frame = frames[i];
     errors.push_back(std::abs(frame.predicted - frame.seconds) / frame.seconds);
-    levels.push_back(frame.detail);
+    levels.push_back(frame.detail.level);
     milliseconds.push_back(1e3 * frame.seconds);
     ancestors.push_back(static_cast<double>(frame.counts.substituted) /
                         std::max<double>(1, static_cast<double>(frame.counts.triangles)));
@@ -106,8 +103,7 @@ Json runFly(const FlyArguments& arguments, const Progress& progress) {
       frames.push_back(flight.frame(cameraOf(script, frame), look, arguments.samples));
     }
   const Json summary = summaryOf(frames, arguments);
-  const double level = frames.back().detail;
-  const spherical::FrameTimes times = flight.times(level);
+  const spherical::FrameTimes times = flight.times(frames.back().detail);
   say(fmt::format("{} frames: {:.1f} ms at the median, predicted within {:.1f} % at the median; level {:.2f} "
                   "on average",
                   summary["frames"].get<size_t>(), summary["median_ms"].get<double>(),

@@ -11,9 +11,7 @@ import numpy as np
 
 from common import Folder, bilinear, main
 from pencils import directions_of_images, levels_of_pencils, pencil_shares
-from screen import unit
-
-SOLID, MOST_STEPS = 0.5, 64
+from screen import Fragments, interior, unit
 
 
 class Images:
@@ -55,43 +53,19 @@ class Image:
         up = (0, 1, 0) if abs(direction[1]) < 0.9 else (0, 0, 1)
         right = unit(np.cross(up, direction))
         self.axes = np.stack([right, -np.cross(direction, right), direction]) / (2 * radius)
-        self.texels_of_slope = len(levels[0]) * 2. ** -mip
-        self.lowest, self.highest = levels[0][..., 4].min(), levels[0][..., 4].max()
+        self.texel = 2. ** mip / len(levels[0])
 
     def at(self, places):
         """Texels at places 0..1."""
         return sum(share * bilinear(level, *(places * len(level)).T) for level, share in self.shares if share > 0)
 
-    def heights_met(self, plane, slope, viewer):
-        """Where rays first come from above to the heights, at solid texels if there are any; NaN if nowhere."""
-        start, end = min(viewer, self.highest + 1 / 1024), self.lowest - 1 / 1024
-        above = lambda rays, h: self.at(plane[rays] + h[:, None] * slope[rays])[:, 4] - h
-        steps = np.clip(np.ceil((start - end) * np.linalg.norm(slope, axis=1) * self.texels_of_slope), 1, MOST_STEPS)
-        met, met_alpha = np.full(len(plane), np.nan), np.zeros(len(plane))
-        high = np.full(len(plane), start)
-        high_above = np.minimum(0, above(np.arange(len(plane)), high))
-        for i in range(1, int(steps.max()) + 1):
-            rays = np.flatnonzero((i <= steps) & (met_alpha < SOLID))
-            low = start - (start - end) * i / steps[rays]
-            low_above = above(rays, low)
-            crossed = (high_above[rays] < 0) & (low_above >= 0)
-            some = rays[crossed]
-            if len(some):
-                h = self.crossing(some, above, high[some], high_above[some], low[crossed], low_above[crossed])
-                alpha = self.at(plane[some] + h[:, None] * slope[some])[:, 3]
-                better = alpha > met_alpha[some]
-                met[some[better]], met_alpha[some[better]] = h[better], alpha[better]
-            high[rays], high_above[rays] = low, low_above
-        return met
-
-    @staticmethod
-    def crossing(rays, above, high, high_above, low, low_above):
-        """Zero of above() between high, where it is negative, and low, by bisection."""
-        for _ in range(40):
-            h = (high + low) / 2
-            value = above(rays, h)
-            high, low = np.where(value < 0, h, high), np.where(value < 0, low, h)
-        return low
+    def show(self, points):
+        """Colours and alpha at points around the sphere's middle, and factors of the weights."""
+        places = points @ self.axes.T + (0.5, 0.5, 0)
+        texels = self.at(places[:, :2])
+        in_front = (texels[:, 4] - places[:, 2]) / (2 * self.texel)
+        shown = np.clip(2 - in_front, 0, 1) * np.clip(2 * texels[:, 3] - 1, 0, 1) ** 2
+        return texels[:, :4], np.maximum(shown, 1 / 1024)
 
 
 def decode(model, camera):
@@ -101,27 +75,24 @@ def decode(model, camera):
     levels = list(levels_of_pencils(int(folder.numbers["levels"])))
     (corners, image_of), directions = levels[-1], directions_of_images(levels)
 
-    rays = unit(camera.rays(np.arange(camera.width * camera.height)))
-    viewer = camera.position - middle
-    meets = np.linalg.norm(viewer - (rays @ viewer)[:, None] * rays, axis=1) < radius
+    seen = Fragments(camera, *folder.mesh(), both_sides=True)
+    inside = interior(camera, seen)
+    seen.only(seen.nearest)
+    rays, viewer = camera.rays(seen.pixel), camera.position - middle
+    points = viewer + seen.depth[:, None] * rays
     mip = max(0, np.log2(np.linalg.norm(viewer) / camera.focal / (2 * radius / images.size)))
-    shares = pencil_shares(corners, -rays) * meets[:, None]
-    color = np.zeros((len(rays), 4))
+    shares = pencil_shares(corners, -unit(rays))
+    color, sums = np.zeros((len(rays), 4)), np.zeros((len(rays), 1))
     for number in np.unique(image_of):
         weights = shares[:, image_of == number].sum(1)
         at = np.flatnonzero(weights > 0)
-        if not len(at):
-            continue
-        image = Image(images.read(number), directions[number], radius, mip)
-        e, w = image.axes @ viewer + (0.5, 0.5, 0), rays[at] @ image.axes.T
-        plane = e[:2] - e[2] / w[:, 2:] * w[:, :2]
-        slope = (e[:2] - plane) / e[2]
-        height = image.heights_met(plane, slope, e[2])
-        place = plane + height[:, None] * slope
-        shown = ~np.isnan(height) & (place >= 0).all(1) & (place <= 1).all(1)
-        color[at[shown]] += weights[at[shown], None] * image.at(place[shown])[:, :4]
-    color = color.reshape(camera.height, camera.width, 4)
-    return color[..., :3], color[..., 3] > 0.99
+        if len(at):
+            shown, factors = Image(images.read(number), directions[number], radius, mip).show(points[at])
+            color[at] += (weights[at] * factors)[:, None] * shown
+            sums[at, 0] += weights[at] * factors
+    picture = np.zeros((camera.height * camera.width, 3))
+    picture[seen.pixel] = (color / sums)[:, :3]
+    return picture.reshape(camera.height, camera.width, 3), inside
 
 
 if __name__ == "__main__":

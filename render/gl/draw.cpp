@@ -42,6 +42,8 @@ GLenum named(Compare compare) {
     return GL_LEQUAL;
   case Compare::equal:
     return GL_EQUAL;
+  case Compare::greater:
+    return GL_GREATER;
   }
   std::abort();
 }

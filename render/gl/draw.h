@@ -34,7 +34,7 @@ struct Blend {
   Equation equation = Equation::add;
 };
 
-enum class Compare { always, less, lessEqual, equal };
+enum class Compare { always, less, lessEqual, equal, greater };
 enum class Cull { none, back, front }; // corners are counter-clockwise, seen from the front
 
 // Fixed-function state of a draw.

@@ -157,7 +157,7 @@ std::string wrongValues(const method::FrameLayers& film, double brightest) {
 
 // How far single precision and the steps of a rasteriser may move the object in a picture, in pixels;
 // infinite where the near plane cuts it.
-double shiftOf(const Subject& subject, const LightFieldCamera& camera) {
+double shiftOf(const Subject& subject, const method::Setting& setting, const LightFieldCamera& camera) {
   const Eigen::AlignedBox3d box = boundsOf(subject.mesh.positions);
   Eigen::Isometry3d cameraFromWorld = Eigen::Isometry3d::Identity();
   cameraFromWorld.linear() = camera.cameraFromWorld.rotation();
@@ -172,7 +172,8 @@ double shiftOf(const Subject& subject, const LightFieldCamera& camera) {
           longest,
           Vec3<double>((x - lens.centerX) / lens.focalX, (y - lens.centerY) / lens.focalY, 1).norm());
   const double nearest = distance / longest;
-  if (subject.hasNearPlane && !(nearest > 1.01 * range.near)) return std::numeric_limits<double>::infinity();
+  if (subject.hasNearPlane(setting) && !(nearest > 1.01 * range.near))
+    return std::numeric_limits<double>::infinity();
   const double focal = std::max(lens.focalX, lens.focalY);
   return 1. / 128 + 0x1p-21 * focal * box.diagonal().norm() / nearest;
 }
@@ -207,7 +208,7 @@ std::optional<std::string> disagreement(const Subject& subject, const method::Se
   if (wrong() == 0) return "";
   LightFieldCamera sampled = camera;
   sampled.lens = capture::resized(camera.lens, samples * camera.lens.width, samples * camera.lens.height);
-  const double shift = shiftOf(subject, sampled);
+  const double shift = shiftOf(subject, setting, sampled);
   if (!(shift < 0.5)) return std::nullopt;
   for (int i = 0; i < 16; ++i) {
     const double turn = std::numbers::pi * i / 4, reach = i < 8 ? shift : shift / 2;

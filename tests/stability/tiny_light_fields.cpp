@@ -23,6 +23,7 @@
 #include "render/lightfield/spherical/reference.h"
 #include "render/lightfield/spherical/spherical_file.h"
 #include "render/methods.h"
+#include "surfel/geometry/ray_caster.h"
 #include "tests/render/lightfield/slf/meshes.h"
 #include "tests/support/synthetic_capture.h"
 
@@ -208,10 +209,13 @@ Subject lfmSubject(const std::filesystem::path& folder, const std::string& passe
 
 struct SphericalImages {
   explicit SphericalImages(const std::filesystem::path& folder)
-      : file(opened(folder, spherical::kFormat, spherical::kVersion)), tree(file.shape().levels) {
+      : mesh(opened(folder, spherical::kFormat, spherical::kVersion).mesh()), surface(mesh),
+        file(opened(folder, spherical::kFormat, spherical::kVersion)), tree(file.shape().levels) {
     for (spherical::ImageNumber image = 0; image < file.shape().images(); ++image)
       images.push_back(file.read(image));
   }
+  TriangleMesh mesh;
+  RayCaster<AcquisitionSpace> surface;
   spherical::SphericalFile file;
   spherical::DirectionTree tree;
   std::vector<spherical::PencilImage> images;
@@ -220,21 +224,22 @@ struct SphericalImages {
 Subject sphericalSubject(const std::filesystem::path& folder, const method::Setting& options) {
   Subject subject = subjectOf(folder, options);
   const auto field = std::make_shared<const SphericalImages>(folder);
-  subject.mesh = opened(folder, spherical::kFormat, spherical::kVersion).mesh();
+  subject.mesh = field->mesh;
+  const auto isOn = [](const method::Setting& setting, const char* name) {
+    const auto found = setting.find(name);
+    return found == setting.end() || found->second == method::Value(method::kOn);
+  };
   subject.plain = [=](const LightFieldCamera& camera, const method::Setting& setting) {
-    const auto isOn = [&](const char* name) {
-      const auto found = setting.find(name);
-      return found == setting.end() || found->second == method::Value(method::kOn);
-    };
     const auto level = setting.find("level");
     const auto shown = [&](const spherical::Pencil& pencil) {
       const spherical::ImageNumber image = spherical::imageOf(pencil);
       return spherical::ShownImage{image, &field->images[image]};
     };
     const spherical::Look look{level == setting.end() ? kLevels - 1. : level->second.number(), 0,
-                               isOn("depth"), isOn("interpolated")};
+                               isOn(setting, "depth"), isOn(setting, "interpolated")};
     return std::optional(
-        spherical::renderReference(field->tree, field->file.shape(), shown, camera, look).color);
+        spherical::renderReference(field->tree, field->file.shape(), shown, camera, look, field->surface)
+            .color);
   };
   subject.wrongWeights = [=](const Vec3<double>&, Dice& dice) -> std::string {
     double sum = 0;
@@ -246,7 +251,7 @@ Subject sphericalSubject(const std::filesystem::path& folder, const method::Sett
     return wrongSum("weights of pencils", sum);
   };
   subject.brightest = kBrightest;
-  subject.hasNearPlane = false;
+  subject.hasNearPlane = [=](const method::Setting& setting) { return isOn(setting, "depth"); };
   return subject;
 }
 

@@ -31,7 +31,8 @@ struct Subject {
   double tolerance = 1. / 255; // of a channel, against the plain form
   size_t gaps = 0;             // pixels of a frame that may be wrong
   double brightest = 0;        // radiance that no pixel exceeds; 0: not bounded
-  bool hasNearPlane = true;    // or rays of any length
+  // Whether a near plane cuts the object off; otherwise rays have any length.
+  std::function<bool(const method::Setting&)> hasNearPlane = [](const method::Setting&) { return true; };
 };
 
 struct SubjectName {

@@ -86,8 +86,9 @@ private:
 struct Look {
   double detail = 0;        // continuous level of detail, 0..levels-1
   double mip = 0;           // least mip level of the images
-  bool depth = true;        // rays meet the heights of an image rather than its plane
+  bool depth = true;        // points of the object's mesh, rather than of an image's plane, are shown
   bool interpolated = true; // between neighbouring pencils
+  int coarser = 0;          // mip levels above the one whose texels are as wide as pixels
   friend bool operator==(const Look&, const Look&) = default;
 };
 

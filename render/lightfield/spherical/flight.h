@@ -10,6 +10,7 @@
 #include "srf/capture/camera.h"
 #include "surfel/base/time.h"
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -25,9 +26,11 @@ namespace surflect::spherical {
 // of a level, so that nothing pops, or to the next level that fits where thirds below it cost too much: a
 // blend draws two levels, and a coarse level may cost more than a fine one. If a frame does not fit, the
 // finest coarser level that fits is taken at once, else one that is finer and fits. If none fits, levels that
-// have never been drawn are tried, and then the one that is predicted to take least is kept. The prediction
-// of a level that was never drawn is a guess from those beside it: upwards, it is tried up to twice the
-// budget. Hysteresis: a step upwards needs headroom, and some frames since the last step downwards.
+// have never been drawn are tried, then levels of coarser mip levels, and at last what is predicted to take
+// least is kept. Finer mip levels are taken again as soon as a level fits with them.
+//
+// The prediction of a level that was never drawn is a guess from those beside it: upwards, it is tried up to
+// twice the budget. Hysteresis: a step upwards needs headroom, and some frames since the last step downwards.
 struct ControlOptions {
   double budget = 0.1;    // seconds a frame
   double headroom = 0.92; // share of the budget that a step upwards may use
@@ -36,23 +39,36 @@ struct ControlOptions {
 
 class DetailControl {
 public:
+  // Predicted seconds of the next frame.
+  using Predicted = std::function<double(const Detail&)>;
+
   // Starts at level 0.
   DetailControl(size_t levels, const ControlOptions& options);
 
   double budget() const { return options_.budget; }
-  // Level of detail of the next frame, in thirds. `predicted`: seconds of that frame at a level of detail.
-  double choose(const std::function<double(double detail)>& predicted);
+  // Level of detail of the next frame, in thirds.
+  Detail choose(const Predicted& predicted);
 
 private:
-  // Level in thirds where the present one does not fit. `fits` tells whether one takes at most the budget.
-  int retreat(const std::function<bool(int thirds)>& fits,
-              const std::function<double(double detail)>& predicted) const;
+  struct Step {
+    int thirds = 0, coarser = 0;
+    Detail detail() const { return {thirds / 3.0, coarser}; }
+  };
+  using Fits = std::function<bool(const Step&)>;
+  // Step where the present one does not fit. `fits` tells whether one takes at most the budget.
+  Step retreat(const Fits& fits, const Predicted& predicted) const;
+  // The next step upwards that fits with headroom, or is a guess worth trying; empty if there is none.
+  std::optional<Step> advance(const Predicted& predicted) const;
+  // Whole level that is predicted to take least.
+  Step cheapest(int coarser, const Predicted& predicted) const;
+  bool isTried(const Step& step) const;
 
-  int finest_; // in thirds, as the following
+  int finest_; // in thirds
   ControlOptions options_;
-  int thirds_ = 0, waiting_ = 0;
-  std::optional<int> before_; // the level before the last frame's, which was a guess
-  std::vector<bool> isTried_; // by whole level
+  Step step_;
+  int waiting_ = 0;
+  std::optional<Step> before_; // the step before the last frame's, which was a guess
+  std::array<std::vector<bool>, kMostCoarser + 1> isTried_; // by whole level
 };
 
 // Target of a flight's frames, and its clock.
@@ -71,7 +87,7 @@ struct FlightOptions {
 };
 
 struct FrameRecord {
-  double detail = 0;
+  Detail detail;
   double predicted = 0, seconds = 0;
   FrameCounts counts;
 };
@@ -90,7 +106,7 @@ private:
     FrameCounts counts;
     size_t mostUploads = 0;
   };
-  Expected expected(const FramePlan& plan, double detail) const;
+  Expected expected(const FramePlan& plan, const Detail& detail) const;
 
   const DirectionTree& tree_;
   ImageCache& cache_;
@@ -119,7 +135,7 @@ public:
   FrameRecord frame(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples);
   // Picture of the last frame.
   Picture picture() { return frame_.read(false); }
-  FrameTimes times(double detail) const { return model_.times(detail); }
+  FrameTimes times(const Detail& detail) const { return model_.times(detail); }
 
 private:
   lightfield::LightFieldFolder folder_;

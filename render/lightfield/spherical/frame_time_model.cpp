@@ -19,12 +19,6 @@ constexpr double kMemory = 0.95; // weight of a frame, relative to that of the n
 // forgotten.
 constexpr double kRatePull = 1e-6, kSetupPull = 1e-6, kSmooth = 1e-3;
 
-// Setups of level n are at 2 n, of the blend of n and n + 1 at 2 n + 1.
-Eigen::Index setupOf(double detail) {
-  const double coarse = std::floor(detail);
-  return kRates + 2 * static_cast<Eigen::Index>(coarse) + (detail > coarse ? 1 : 0);
-}
-
 // Least squares A x = b without negative x: unknowns that would be negative are 0.
 Eigen::VectorXd solvedNonNegative(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
   std::vector<Eigen::Index> free;
@@ -46,8 +40,9 @@ Eigen::VectorXd solvedNonNegative(const Eigen::MatrixXd& a, const Eigen::VectorX
 
 } // namespace
 
-FrameTimeModel::FrameTimeModel(size_t levels, const FrameTimes& start) {
-  const Eigen::Index unknowns = kRates + 2 * static_cast<Eigen::Index>(levels) - 1;
+FrameTimeModel::FrameTimeModel(size_t levels, const FrameTimes& start)
+    : setups_(2 * static_cast<Eigen::Index>(levels) - 1) {
+  const Eigen::Index unknowns = kRates + (kMostCoarser + 1) * setups_;
   start_ = Eigen::VectorXd::Constant(unknowns, start.setup);
   start_.head<kRates>() << start.gpu, start.main, start.disk;
   assert((start_.array() > 0).all());
@@ -56,7 +51,14 @@ FrameTimeModel::FrameTimeModel(size_t levels, const FrameTimes& start) {
   products_ = Eigen::VectorXd::Zero(unknowns);
 }
 
-Eigen::VectorXd FrameTimeModel::rowOf(const FrameCounts& counts, double detail) const {
+// Setups of level n are at 2 n, of the blend of n and n + 1 at 2 n + 1; those of coarser mip levels follow.
+Eigen::Index FrameTimeModel::setupOf(const Detail& detail) const {
+  const double coarse = std::floor(detail.level);
+  return kRates + detail.coarser * setups_ + 2 * static_cast<Eigen::Index>(coarse) +
+         (detail.level > coarse ? 1 : 0);
+}
+
+Eigen::VectorXd FrameTimeModel::rowOf(const FrameCounts& counts, const Detail& detail) const {
   Eigen::VectorXd row = Eigen::VectorXd::Zero(start_.size());
   row.head<kRates>() << static_cast<double>(counts.triangles), static_cast<double>(counts.uploads),
       static_cast<double>(counts.reads);
@@ -64,11 +66,11 @@ Eigen::VectorXd FrameTimeModel::rowOf(const FrameCounts& counts, double detail) 
   return row.cwiseProduct(start_);
 }
 
-double FrameTimeModel::predict(const FrameCounts& counts, double detail) const {
+double FrameTimeModel::predict(const FrameCounts& counts, const Detail& detail) const {
   return rowOf(counts, detail).dot(fitted_);
 }
 
-void FrameTimeModel::add(const FrameCounts& counts, double detail, double seconds) {
+void FrameTimeModel::add(const FrameCounts& counts, const Detail& detail, double seconds) {
   assert(seconds > 0);
   const Eigen::VectorXd row = rowOf(counts, detail) / seconds; // target 1: relative errors
   squares_ = kMemory * squares_ + row * row.transpose();
@@ -85,14 +87,18 @@ void FrameTimeModel::fit() {
   a.diagonal() += pull;
   const Eigen::VectorXd b = products_ + pull; // start values are 1
   const double smooth = kSmooth * frames;
-  for (Eigen::Index i = kRates; i + 1 < unknowns; ++i) {
-    a(i, i) += smooth, a(i + 1, i + 1) += smooth;
-    a(i, i + 1) -= smooth, a(i + 1, i) -= smooth;
+  const auto pullTogether = [&](Eigen::Index i, Eigen::Index k) {
+    a(i, i) += smooth, a(k, k) += smooth;
+    a(i, k) -= smooth, a(k, i) -= smooth;
+  };
+  for (Eigen::Index i = kRates; i < unknowns; ++i) {
+    if ((i - kRates) % setups_ > 0) pullTogether(i, i - 1);
+    if (i - kRates >= setups_) pullTogether(i, i - setups_);
   }
   fitted_ = solvedNonNegative(a, b);
 }
 
-FrameTimes FrameTimeModel::times(double detail) const {
+FrameTimes FrameTimeModel::times(const Detail& detail) const {
   const Eigen::VectorXd seconds = fitted_.cwiseProduct(start_);
   return {seconds[0], seconds[1], seconds[2], seconds[setupOf(detail)]};
 }

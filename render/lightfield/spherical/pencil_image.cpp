@@ -79,8 +79,7 @@ PencilImage mipmapped(int size, std::vector<Texel> colors, std::vector<Height> h
   MipLevel largest{size, std::move(colors), {}};
   largest.heights.reserve(heights.size());
   for (const Height height : heights) largest.heights.push_back(static_cast<float>(valueOf(height)));
-  const auto [lowest, highest] = std::ranges::minmax(largest.heights);
-  PencilImage image{{}, {lowest, highest}};
+  PencilImage image;
   image.mips.push_back(std::move(largest));
   while (image.mips.back().size > 1) image.mips.push_back(halved(image.mips.back()));
   return image;

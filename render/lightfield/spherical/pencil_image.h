@@ -34,15 +34,9 @@ struct MipLevel {
   std::vector<float> heights; // as valueOf() gives them
 };
 
-// Least and greatest height of an image; those of all its mip levels lie between them.
-struct HeightRange {
-  float lowest = -0.5f, highest = 0.5f;
-};
-
 // Level 0 is the largest; each further one is half as large, down to one texel.
 struct PencilImage {
   std::vector<MipLevel> mips;
-  HeightRange range = {};
 };
 
 // An image with all its levels from the texels and heights of the largest. A texel of a level is the mean of

@@ -1,28 +1,52 @@
 #version 450 core
-// Radiance of a ray by one pencil; the class Reference of reference.h has the plain form, reprojection.h the symbols.
+// Radiance of a ray by one pencil; reference.cpp has the plain form, reprojection.h the symbols. Lengths are in
+// diameters of the object's sphere, as in surface.frag.
 
-const int kMostSteps = 64, kRefinements = 10;
-const float kSolid = 0.5, kNoHeight = -9.0, kMargin = 1.0 / 1024.0;
+const float kTolerance = 2.0, kHidden = 1.0 / 1024.0;
 
-in vec3 crossingScaled;
 in float weight;
-flat in vec4 viewerAndSlot;
-flat in vec2 heightRange;
-layout(location = 0) out vec4 color;        // premultiplied
-layout(location = 1) out float depthTimesAlpha;
+flat in vec4 right; // axis of the image, and its slot
+flat in vec3 up, e;
+layout(location = 0) out vec4 color;    // premultiplied
+layout(location = 1) out float weightOrDepth; // the weight; where the plane is shown, depth times alpha
 
+uniform mat3 rayOfPixel; // as in surface.frag
 uniform float mip;
-uniform float imageSize;  // texels of the largest mip level
+uniform float texel; // side of a texel of the mip level
 uniform int depthCorrected;
 layout(binding = 0) uniform sampler2DArray colors;
 layout(binding = 1) uniform sampler2DArray heights;
+layout(binding = 2) uniform sampler2D surface; // as surface.frag draws it
 
-float above(vec2 plane, vec2 slope, float slot, float h) {
-  return textureLod(heights, vec3(plane + h * slope, slot), mip).r - h;
+// vectorOf() of pencil_image.h.
+vec3 vectorOf(vec3 direction) {
+  return vec3(dot(right.xyz, direction), -dot(up, direction), dot(cross(right.xyz, up), direction));
+}
+
+// visibility() of reprojection.h.
+float visibility(vec3 place) {
+  float inFront = textureLod(heights, vec3(place.xy, right.w), mip).r - place.z;
+  return clamp(2.0 - inFront / (kTolerance * texel), 0.0, 1.0);
+}
+
+// weightOfAlpha() of reprojection.h.
+float weightOfAlpha(float alpha) {
+  float solid = clamp(2.0 * alpha - 1.0, 0.0, 1.0);
+  return solid * solid;
+}
+
+// The point of the surface, which all pencils show.
+void showPoint() {
+  vec4 pointAndDistance = texelFetch(surface, ivec2(gl_FragCoord.xy), 0);
+  if (pointAndDistance.w == 0.0) return;
+  vec3 place = vectorOf(pointAndDistance.xyz) + vec3(0.5, 0.5, 0.0);
+  vec4 shown = textureLod(colors, vec3(place.xy, right.w), mip);
+  weightOrDepth = max(weight, 0.0) * max(kHidden, visibility(place) * weightOfAlpha(shown.a));
+  color = weightOrDepth * shown;
 }
 
 // passesSphere() of reprojection.h.
-bool passesSphere(vec3 e, vec2 plane, vec2 slope) {
+bool passesSphere(vec2 plane, vec2 slope) {
   vec2 offset = plane - 0.5;
   float nearest = -dot(offset, slope) / (1.0 + dot(slope, slope));
   vec2 foot = offset + nearest * slope;
@@ -31,61 +55,22 @@ bool passesSphere(vec3 e, vec2 plane, vec2 slope) {
   return (nearest < e.z || isInside) && dot(foot, foot) + nearest * nearest < 0.25;
 }
 
-// crossing() of reprojection.cpp; x is a height, y how far the object is above it.
-float crossing(vec2 plane, vec2 slope, float slot, vec2 high, vec2 low) {
-  int kept = 0;
-  for (int i = 0; i < kRefinements && low.y > 0.0; ++i) {
-    float h = high.x + (low.x - high.x) * high.y / (high.y - low.y), value = above(plane, slope, slot, h);
-    if (value >= 0.0) {
-      low = vec2(h, value);
-      kept = max(kept, 0) + 1;
-      if (kept > 1) high.y *= 0.5;
-    } else {
-      high = vec2(h, value);
-      kept = min(kept, 0) - 1;
-      if (kept < -1) low.y *= 0.5;
-    }
-  }
-  return low.x;
-}
-
-// heightMet() of reprojection.h; kNoHeight if there is none.
-float heightMet(vec2 plane, vec2 slope, float slot, float viewer) {
-  float start = min(viewer, heightRange.y + kMargin), end = heightRange.x - kMargin;
-  if (start <= end) return kNoHeight;
-  float texels = (start - end) * length(slope) * imageSize * exp2(-mip);
-  int steps = int(clamp(ceil(texels), 1.0, float(kMostSteps)));
-  float met = kNoHeight, metAlpha = 0.0;
-  vec2 high = vec2(start, min(0.0, above(plane, slope, slot, start)));
-  for (int i = 1; i <= steps; ++i) {
-    float h = start - (start - end) * float(i) / float(steps);
-    vec2 low = vec2(h, above(plane, slope, slot, h));
-    if (high.y < 0.0 && low.y >= 0.0) {
-      h = crossing(plane, slope, slot, high, low);
-      float alpha = textureLod(colors, vec3(plane + h * slope, slot), mip).a;
-      if (alpha > metAlpha) {
-        met = h;
-        metAlpha = alpha;
-      }
-      if (alpha >= kSolid) break;
-    }
-    high = low;
-  }
-  return met;
+// Where the ray meets the image's plane.
+void showPlane() {
+  vec3 w = vectorOf(rayOfPixel * vec3(gl_FragCoord.xy, 1.0));
+  float distance = -e.z / w.z; // along the viewing axis
+  vec2 plane = e.xy + distance * w.xy;
+  if (!passesSphere(plane, w.xy / w.z)) return;
+  if (any(lessThan(plane, vec2(0.0))) || any(greaterThan(plane, vec2(1.0)))) return;
+  color = max(weight, 0.0) * textureLod(colors, vec3(plane, right.w), mip);
+  weightOrDepth = color.a * distance;
 }
 
 void main() {
   color = vec4(0.0);
-  depthTimesAlpha = 0.0;
-  vec3 e = viewerAndSlot.xyz;
-  vec2 plane = crossingScaled.xy / crossingScaled.z;
-  vec2 slope = (e.xy - plane) / e.z;
-  if (!passesSphere(e, plane, slope)) return;
-  float height = depthCorrected == 1 ? heightMet(plane, slope, viewerAndSlot.w, e.z) : 0.0;
-  if (height == kNoHeight) return;
-  vec2 place = plane + height * slope;
-  if (any(lessThan(place, vec2(0.0))) || any(greaterThan(place, vec2(1.0)))) return;
-  color = max(weight, 0.0) * textureLod(colors, vec3(place, viewerAndSlot.w), mip);
-  // The scale is the ray's descent, and gl_FragCoord.w the inverse of its part along the viewing axis.
-  depthTimesAlpha = color.a * (e.z - height) / (crossingScaled.z * gl_FragCoord.w);
+  weightOrDepth = 0.0;
+  if (depthCorrected == 1)
+    showPoint();
+  else
+    showPlane();
 }

@@ -7,6 +7,7 @@
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
 #include "surfel/base/time.h"
+#include "surfel/geometry/ray_caster.h"
 
 #include <functional>
 
@@ -24,9 +25,10 @@ struct Picture {
   image::Image depth; // distance along the viewing axis, infinite where alpha is 0
 };
 
-// The camera is a pinhole outside the object's sphere. Throws Error for other cameras, and Cancelled.
+// `surface`: rays of the object's mesh. Throws Error for a camera that is not a pinhole or distorts, and
+// Cancelled.
 Picture renderReference(const DirectionTree& tree, const FieldShape& shape, const ShownImageOf& imageOf,
                         const capture::Camera<AcquisitionSpace>& camera, const Look& look,
-                        const Progress& progress = {});
+                        const RayCaster<AcquisitionSpace>& surface, const Progress& progress = {});
 
 } // namespace surflect::spherical

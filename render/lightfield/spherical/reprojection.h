@@ -1,42 +1,36 @@
-// Point where a viewer's ray meets the image of a pencil: on the image plane, or on the heights above it.
+// Where the image of a pencil shows what a viewer's ray meets.
 //
-// [Domingo 2007, §3.1] casts rays to the plane alone; depth is left there as future work.
+// [Domingo 2007, §3.1] casts rays to the image plane; depth is left there as future work. With depth, all
+// pencils show the same point of the object: where the ray first meets its mesh. An image's heights tell
+// whether the pencil sees the point, so no ray is followed through an image.
+//
 // Symbols, in the coordinates of an image (pencil_image.h): e viewer, w vector of the ray, x(h) place where
 // the ray passes at height h, g change of x with h, H(x) height of the object.
 #pragma once
 
 #include "render/lightfield/spherical/pencil_image.h"
 
-#include <optional>
-
 namespace surflect::spherical {
 
 // x(0), where the ray meets the plane. The viewer is above the plane and the ray goes down: e.z > 0 > w.z.
 Vec2<double> atPlane(const Vec3<double>& e, const Vec3<double>& w);
-// x(h) = x(0) + h g, with g = (e - x(0)) / e.z
-Vec2<double> slopeOf(const Vec3<double>& e, const Vec2<double>& atPlane);
+// g, where x(h) = x(0) + h g
+Vec2<double> slopeOf(const Vec3<double>& w);
 
 // Whether the ray passes the object's sphere in front of the viewer, who may be in it.
 bool passesSphere(const Vec3<double>& e, const Vec2<double>& atPlane, const Vec2<double>& slope);
 
-// Height where the ray first comes from above to a solid part of the object: H(x(h)) = h. The ray starts at
-// the viewer's height e.z, as nothing behind the viewer is met, or above the image's heights if the viewer is
-// higher, and ends below the lowest of these. Found between steps of about a texel of the mip level. A
-// crossing where alpha is below kSolid counts only if there is no solid one behind it. Empty if there is no
-// crossing: behind an outline the ray passes through, as heights beside the object continue those on it. At a
-// jump of heights within the object the ray meets a wall.
-std::optional<double> heightMet(const PencilImage& image, const Vec2<double>& atPlane,
-                                const Vec2<double>& slope, double viewer, double mip);
+// Whether an image shows the point of the object at a place: 1 where its height H is that of the point, or
+// less, falling to 0 where H is from kTolerance to 2 kTolerance texels in front of the point.
+double visibility(const PencilImage& image, const Vec3<double>& place, double mip);
 
-inline constexpr double kSolid = 0.5;
-inline constexpr int kMostSteps = 64, kRefinements = 10;
+// Factor of a pencil's weight by the texel's alpha: 0 up to 1/2, 1 for opaque texels. Texels at outlines are
+// partly covered, and mix surfaces.
+double weightOfAlpha(double alpha);
 
-// Heights between which heightMet() looks; none if `from` is not above `to`.
-struct March {
-  double from = 0, to = 0;
-  int steps = 0;
-};
-March marchOf(const HeightRange& range, const Vec2<double>& slope, double viewer, int size, double mip);
+inline constexpr double kTolerance = 2;
+inline constexpr double kHidden =
+    1.0 / 1024; // least factor of a weight: what all images hide is shown as well
 
 // Mip level whose texels are as wide as `pixel`, the angle of a pixel, at the middle of the object; 0 if all
 // are wider. The viewer is `distance` away.

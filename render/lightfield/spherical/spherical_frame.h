@@ -2,6 +2,7 @@
 // and summed by their weights, in single precision. reference.h has the plain form.  [Domingo 2007, §3.1]
 #pragma once
 
+#include "render/gl/buffers.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -10,7 +11,11 @@
 #include "render/lightfield/spherical/pencil_weights.h"
 #include "render/lightfield/spherical/reference.h"
 #include "srf/capture/camera.h"
+#include "surfel/geometry/mesh.h"
 
+#include <Eigen/Geometry>
+
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -29,8 +34,9 @@ struct TexturedTriangle {
 // Belongs to the current context, as the objects of render/gl do.
 class SphericalFrame : public TextureStore {
 public:
-  // Throws Error if the driver cannot make textures of so many slots.
-  SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots);
+  // `surface`: mesh of the object. Throws Error if the driver cannot make textures of so many slots.
+  SphericalFrame(const DirectionTree& tree, const FieldShape& shape, size_t slots,
+                 const TriangleMesh& surface);
 
   void upload(uint32_t slot, const PencilImage& image) override;
 
@@ -44,19 +50,37 @@ public:
   size_t textureBytes() const { return textureBytes_; }
 
 private:
-  struct Target {
-    gl::Texture color, depth;
+  // Sums over the pencils of a level.
+  struct Sums {
+    gl::Texture color, weightOrDepth; // the latter as in pencils.frag
     gl::Framebuffer framebuffer;
+    explicit Sums(const gl::Texture& depth);
+  };
+  struct Target {
+    gl::Texture surface, surfaceDepth; // as in surface.frag
+    gl::Framebuffer surfaceFramebuffer;
+    std::array<Sums, 2> levels; // the coarser and the finer one of a blend
     Target(int width, int height);
   };
+  // Object's mesh in the driver's memory.
+  struct Surface {
+    gl::VertexArray triangles;
+    gl::Texture corners; // as in surface.frag
+    Eigen::AlignedBox3d box;
+  };
+  void drawSurface();
+  void addLevel(std::span<const TexturedTriangle> triangles, size_t level);
 
   FieldShape shape_;
-  std::vector<ImageAxes> axes_;     // by image
-  std::vector<HeightRange> ranges_; // by slot
+  std::vector<ImageAxes> axes_; // by image
   gl::Texture colors_, heights_;
-  gl::Program program_;
+  gl::Program program_, surfaceProgram_;
+  std::optional<Surface> surface_; // empty if it has no triangles
+  // Of the picture that was begun:
+  bool showsSurface_ = false;
+  std::vector<LevelShare> shares_;
   std::optional<Target> target_;
-  capture::Camera<AcquisitionSpace> camera_; // of the picture that was begun
+  capture::Camera<AcquisitionSpace> camera_;
   int samples_ = 1;
   size_t textureBytes_ = 0;
 };

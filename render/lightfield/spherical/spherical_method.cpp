@@ -81,7 +81,7 @@ const method::Rows<RenderOptions>& renderRows() {
                          {.paper = method::kOff,
                           .preview = method::kOff,
                           .sweep = words({method::kOn, method::kOff}),
-                          .help = "let rays meet the depths of an image; off: its plane"}),
+                          .help = "show the points of the object's mesh; off: those of an image's plane"}),
       row<RenderOptions>("cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
                          {.domain = wholeRange(0, 1 << 24),
                           .help = "memory for images, MiB, and as much on the GPU",
@@ -109,8 +109,8 @@ struct OpenSpherical {
       : folder(path, kFormat, kVersion, progress), file(folder), tree(file.shape().levels),
         slots(slotsFor(file.shape(), {cacheBytes, cacheBytes},
                        static_cast<size_t>(context->describe().limits.arrayLayers))),
-        frame(tree, file.shape(), slots.gpu), loader(file), times(tree.levels(), measuredTimes(file, frame)),
-        cache(slots, loader, frame) {}
+        frame(tree, file.shape(), slots.gpu, folder.mesh()), loader(file),
+        times(tree.levels(), measuredTimes(file, frame)), cache(slots, loader, frame) {}
 
   double finest() const { return static_cast<double>(tree.levels() - 1); }
 
@@ -153,7 +153,7 @@ private:
     const FrameCounts counts = drawAll(plan, cache, addTriangles(), progress);
     layers.report.seconds["draw"] = drawing.seconds();
     const double drawn = static_cast<double>(levelShares(look.detail, tree.levels()).size()) *
-                         (look.interpolated ? 6 : 1) * (look.depth ? 8 : 1);
+                         (look.interpolated ? 6 : 1) * (look.depth ? 2 : 1);
     layers.report.counts = {{"work.pixels", drawn * lightfield::samplesOf(camera, options.samples)},
                             {"images", static_cast<double>(plan.images.size())}};
     addCounts(counts, layers);
@@ -167,7 +167,8 @@ private:
                       {[&](const Look& chosen) { frame.begin(camera, chosen, options.samples); },
                        addTriangles(), [] { gl::finish(); }, [&] { return watch.seconds(); }});
     layers.report.seconds["draw"] = record.seconds;
-    layers.report.counts = {{"level", record.detail},
+    layers.report.counts = {{"level", record.detail.level},
+                            {"coarser_mips", record.detail.coarser},
                             {"predicted_ms", 1e3 * record.predicted},
                             {"triangles_of_ancestors", static_cast<double>(record.counts.substituted)}};
     addCounts(record.counts, layers);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -84,7 +85,7 @@ TEST(Flight, KeepsItsBudgetAtTheHighestLevelThatFits) {
       const FrameRecord record = flight.frame(window, {0, 0, false, false}, machine.canvas());
       if (i < kWarmUp) continue;
       within += record.seconds <= 1.1 * budget;
-      chosen += record.detail / (kFrames - kWarmUp);
+      chosen += record.detail.level / (kFrames - kWarmUp);
       ancestors += static_cast<double>(record.counts.substituted) /
                    static_cast<double>(record.counts.triangles) / (kFrames - kWarmUp);
       double fitting = 0; // highest level whose time, images at hand, is within the budget
@@ -108,12 +109,12 @@ TEST(FrameTimeModel, FindsTheTimesOfFrames) {
   for (int i = 0; i < 200; ++i) {
     const FrameCounts counts{.triangles = random() % 500, .uploads = random() % 40, .reads = random() % 20};
     const double detail = static_cast<double>(random() % 4);
-    model.add(counts, detail,
+    model.add(counts, {detail, 0},
               kGpu * static_cast<double>(counts.triangles) + kMain * static_cast<double>(counts.uploads) +
                   kDisk * static_cast<double>(counts.reads) + setupAt(detail));
   }
   for (const double detail : {0., 1., 2., 3.}) {
-    const FrameTimes times = model.times(detail);
+    const FrameTimes times = model.times({detail, 0});
     EXPECT_NEAR(times.gpu, kGpu, 0.02 * kGpu);
     EXPECT_NEAR(times.main, kMain, 0.02 * kMain);
     EXPECT_NEAR(times.disk, kDisk, 0.02 * kDisk);
@@ -123,31 +124,34 @@ TEST(FrameTimeModel, FindsTheTimesOfFrames) {
 
 TEST(FrameTimeModel, KeepsItsStartWhereNoFrameTells) {
   FrameTimeModel model(4, kStart);
-  EXPECT_NEAR(model.predict({.triangles = 10, .uploads = 2, .reads = 1}, 2), 1e-3 + 2e-3 + 1e-2 + 1e-3, 1e-9);
+  EXPECT_NEAR(model.predict({.triangles = 10, .uploads = 2, .reads = 1}, {2, 0}), 1e-3 + 2e-3 + 1e-2 + 1e-3,
+              1e-9);
   for (int i = 0; i < 50; ++i) {
-    model.add({.triangles = 100}, 1, 0.05);
-    model.add({.triangles = 200}, 1, 0.06);
+    model.add({.triangles = 100}, {1, 0}, 0.05);
+    model.add({.triangles = 200}, {1, 0}, 0.06);
   }
-  const FrameTimes times = model.times(3);
+  const FrameTimes times = model.times({3, 0});
   EXPECT_NEAR(times.disk, kStart.disk, 1e-6); // no frame has read anything
   EXPECT_NEAR(times.setup, 0.04, 2e-3);       // that of level 1 is the best guess
-  EXPECT_NEAR(model.predict({.triangles = 100}, 1), 0.05, 1e-3);
+  EXPECT_NEAR(model.predict({.triangles = 100}, {1, 0}), 0.05, 1e-3);
 }
 
 TEST(FrameTimeModel, TimesAreNeverNegative) {
   FrameTimeModel model(2, kStart);
   for (int i = 0; i < 100; ++i) {
-    model.add({.triangles = 100}, 0, 0.05);
-    model.add({.triangles = 100, .uploads = 10}, 0, 0.04); // faster with more work
+    model.add({.triangles = 100}, {0, 0}, 0.05);
+    model.add({.triangles = 100, .uploads = 10}, {0, 0}, 0.04); // faster with more work
   }
-  const FrameTimes times = model.times(0);
+  const FrameTimes times = model.times({0, 0});
   for (const double time : {times.gpu, times.main, times.disk, times.setup}) EXPECT_GE(time, 0);
 }
 
 TEST(DetailControl, ClimbsByThirdsAndFallsAtOnce) {
   DetailControl control(5, {.budget = 0.1, .headroom = 0.9, .patience = 2});
   double cost = 0.01; // of a level
-  const auto choose = [&] { return control.choose([&](double detail) { return cost * detail; }); };
+  const auto choose = [&] {
+    return control.choose([&](const Detail& detail) { return cost * detail.level; }).level;
+  };
   for (int thirds = 1; thirds <= 12; ++thirds) EXPECT_NEAR(choose(), thirds / 3.0, 1e-12);
   EXPECT_EQ(choose(), 4); // the finest
   cost = 0.045;
@@ -165,40 +169,68 @@ TEST(DetailControl, ASteadyLoadNearTheLimitDoesNotOscillate) {
   int changes = 0;
   for (int i = 0; i < 200; ++i) {
     const double noise = std::uniform_real_distribution(0.97, 1.03)(random);
-    const double now = control.choose([&](double detail) { return noise * 0.049 * detail; });
+    const double now =
+        control.choose([&](const Detail& detail) { return noise * 0.049 * detail.level; }).level;
     if (i > 20) changes += now != before;
     before = now;
   }
   EXPECT_EQ(changes, 0);
 }
 
-// Coarse levels cost more, as their rays cross more texels, and that is known only of levels that were drawn.
+// Coarse levels may cost more, and that is known only of levels that were drawn.
 TEST(DetailControl, CoarseLevelsThatCostMoreThanFineOnesAreLeft) {
   for (const double budget : {0.25, 0.1}) { // one that level 2 and 3 keep, and one that none keeps
     DetailControl control(4, {.budget = budget});
     const std::vector<double> costs{0.36, 0.34, 0.13, 0.12};
     std::vector<double> known(4, 0.3);
-    double detail = 0;
+    Detail detail;
     for (int frame = 0; frame < 40; ++frame) {
-      detail = control.choose([&](double asked) {
-        const auto coarse = static_cast<size_t>(asked);
-        return asked == std::floor(asked) ? known[coarse] : known[coarse] + known[coarse + 1];
+      detail = control.choose([&](const Detail& asked) {
+        const auto coarse = static_cast<size_t>(asked.level);
+        return asked.level == std::floor(asked.level) ? known[coarse] : known[coarse] + known[coarse + 1];
       });
-      const auto coarse = static_cast<size_t>(detail);
+      const auto coarse = static_cast<size_t>(detail.level);
       known[coarse] = costs[coarse];
     }
-    EXPECT_EQ(detail, 3) << budget;
+    EXPECT_EQ(detail, (Detail{3, 0})) << budget; // coarser mip levels take as long
   }
+}
+
+// A machine whose time depends on the size of texels.
+TEST(DetailControl, PositionalDetailIsGivenUpWhereNoLevelFitsAndTakenAgain) {
+  DetailControl control(3, {.budget = 0.1});
+  const std::vector<double> costs{0.11, 0.16, 0.2}, savings{1, 0.6, 0.4};
+  std::map<Detail, double> known;
+  double scale = 1.2;
+  const auto after = [&](int frames) {
+    Detail detail;
+    for (int frame = 0; frame < frames; ++frame) {
+      detail = control.choose([&](const Detail& asked) {
+        const auto found = known.find(asked);
+        return found != known.end() ? found->second : known.empty() ? 0.15 : known.begin()->second;
+      });
+      for (size_t coarse = 0; coarse < costs.size(); ++coarse) // as the model, which knows the object's size
+        for (int coarser = 0; coarser <= kMostCoarser; ++coarser)
+          if (const Detail of{static_cast<double>(coarse), coarser}; of == detail || known.contains(of))
+            known[of] = scale * costs[coarse] * savings[static_cast<size_t>(coarser)];
+    }
+    return detail;
+  };
+  EXPECT_EQ(after(40), (Detail{0, 1}));
+  scale = 0.45;
+  EXPECT_EQ(after(40), (Detail{2, 0}));
+  scale = 4;
+  EXPECT_EQ(after(40), (Detail{0, 2})); // nothing fits: the cheapest
 }
 
 TEST(DetailControl, ABlendThatCostsTooMuchIsSkipped) {
   DetailControl control(3, {.budget = 0.1});
-  const auto predicted = [](double detail) {
-    const bool isBlend = detail != std::floor(detail);
-    return detail > 1 && isBlend ? 0.11 : 0.08;
+  const auto predicted = [](const Detail& detail) {
+    const bool isBlend = detail.level != std::floor(detail.level);
+    return detail.level > 1 && isBlend ? 0.11 : 0.08;
   };
   for (int i = 0; i < 3; ++i) control.choose(predicted);
-  EXPECT_EQ(control.choose(predicted), 2);
+  EXPECT_EQ(control.choose(predicted), (Detail{2, 0}));
 }
 
 } // namespace

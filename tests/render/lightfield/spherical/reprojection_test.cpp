@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 namespace surflect::spherical {
@@ -20,53 +21,38 @@ PencilImage plateaus(Height left, Height right) {
   return mipmapped(kSize, std::vector<Texel>(heights.size(), {one, one, one, one}), heights);
 }
 
-struct Ray {
-  Vec2<double> atPlane, slope;
-};
-
-// A ray that passes height h at a place.
-Ray through(const Vec2<double>& place, double h, const Vec2<double>& slope) {
-  return {place - h * slope, slope};
-}
-
-TEST(Reprojection, ARayMeetsAPlateauAtItsHeight) {
+TEST(Reprojection, ALinePassesAHeightWhereItsSlopeTells) {
   std::mt19937 random(1);
-  std::uniform_int_distribution<int> height(0, 65535);
-  std::uniform_real_distribution<double> slope(-0.5, 0.5);
-  for (int i = 0; i < 2000; ++i) {
-    const Height low = static_cast<Height>(height(random)), high = static_cast<Height>(height(random));
-    const PencilImage image = plateaus(low, high);
-    const double left = static_cast<double>(image.mips[0].heights[0]);
-    // Downwards in the middle of the left plateau, or so steep that the other one is not passed before it.
-    const Ray ray = through({0.2, 0.5}, left, {-std::abs(slope(random)), slope(random)});
-    const Ray down = through({0.2, 0.5}, left, {0, 0});
-    if (low >= high) {
-      const auto met = heightMet(image, ray.atPlane, ray.slope, 2, 0);
-      ASSERT_TRUE(met) << low << ' ' << high;
-      EXPECT_NEAR(*met, left, 1e-12);
-    }
-    const auto met = heightMet(image, down.atPlane, down.slope, 2, 0); // the lowest of all is met, too
-    ASSERT_TRUE(met) << low << ' ' << high;
-    EXPECT_NEAR(*met, left, 1e-12);
+  std::uniform_real_distribution<double> any(-1, 1), up(0.5, 3);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3<double> e(any(random), any(random), up(random)), w(any(random), any(random), -up(random));
+    const double height = any(random), distance = (height - e[2]) / w[2];
+    const Vec2<double> place = atPlane(e, w) + height * slopeOf(w);
+    EXPECT_LT((place - (e + distance * w).head<2>()).norm(), 1e-12);
   }
 }
 
-TEST(Reprojection, NothingBehindTheViewerIsMet) {
+TEST(Reprojection, APointIsVisibleWhereNoHeightIsInFrontOfIt) {
   const PencilImage image = plateaus(20000, 60000);
-  EXPECT_FALSE(heightMet(image, {0.8, 0.5}, {0, 0}, valueOf(50000), 0)); // inside of the right plateau
-  EXPECT_FALSE(heightMet(image, {0.2, 0.5}, {0, 0}, valueOf(1000), 0));  // below all
-  EXPECT_TRUE(heightMet(image, {0.2, 0.5}, {0, 0}, valueOf(50000), 0));
+  const double low = valueOf(20000);
+  for (const double mip : {0., 1.}) {
+    const double texel = std::exp2(mip) / kSize;
+    const auto visibilityAt = [&](double height) { return visibility(image, {0.2, 0.5, height}, mip); };
+    for (const double height : {low - 1.9 * texel, low, low + 0.1}) EXPECT_EQ(visibilityAt(height), 1);
+    EXPECT_NEAR(visibilityAt(low - 3 * texel), 0.5, 1e-6);
+    EXPECT_EQ(visibilityAt(low - 4.1 * texel), 0);
+    EXPECT_EQ(visibility(image, {0.8, 0.5, low}, mip), 0); // under the right plateau
+  }
 }
 
-TEST(Reprojection, StepsAreAsLongAsTexelsWhateverTheHeights) {
-  const Vec2<double> slope(0.6, 0.8);
-  for (const float highest : {-0.25f, 0.f, 0.5f}) {
-    const March march = marchOf({-0.5f, highest}, slope, 2, 32, 0);
-    const double texels = 32 * (march.from - march.to) / march.steps;
-    EXPECT_LE(texels, 1);
-    EXPECT_GT(texels, 1 - 1.0 / march.steps);
+TEST(Reprojection, OpaqueTexelsCountWhollyAndOutlinesLess) {
+  EXPECT_EQ(weightOfAlpha(1), 1);
+  for (const double alpha : {0., 0.25, 0.5}) EXPECT_EQ(weightOfAlpha(alpha), 0);
+  double before = 0;
+  for (const double alpha : {0.6, 0.7, 0.8, 0.9, 1.}) {
+    EXPECT_GT(weightOfAlpha(alpha), before);
+    before = weightOfAlpha(alpha);
   }
-  EXPECT_EQ(marchOf({-0.5f, 0.5f}, slope, 2, 1024, 0).steps, kMostSteps);
 }
 
 } // namespace
