@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <sstream>
 
 namespace surflect::bench {
 
@@ -27,21 +28,24 @@ struct BenchmarkArguments {
   std::vector<std::string> options; // NAME=VALUE
 };
 
-// "SCRIPT", or "SCRIPT:NAME=VALUE" with an option of its frames.
+// "SCRIPT", or "SCRIPT:NAME=VALUE:NAME=VALUE.." with options of its frames.
 struct ScriptArgument {
-  std::string path, option;
+  std::string path;
+  std::vector<std::string> options;
 
-  explicit ScriptArgument(const std::string& text)
-      : path(text.substr(0, text.find(':'))),
-        option(text.find(':') == std::string::npos ? "" : text.substr(text.find(':') + 1)) {}
+  explicit ScriptArgument(const std::string& text) {
+    std::istringstream parts(text);
+    std::getline(parts, path, ':');
+    for (std::string option; std::getline(parts, option, ':');) options.push_back(option);
+  }
 };
 
 // The setting of a model; options that its method lacks are for others.
-method::Setting settingOf(std::vector<std::string> options, const std::string& own,
+method::Setting settingOf(std::vector<std::string> options, const std::vector<std::string>& own,
                           const std::filesystem::path& model) {
   const method::Method& method = method::methodOfModel(model);
   method::Setting setting;
-  if (!own.empty()) options.push_back(own);
+  options.insert(options.end(), own.begin(), own.end());
   for (const std::string& text : options)
     if (const std::string name = text.substr(0, text.find('='));
         std::ranges::find(method.renderOptions, name, &method::Option::name) != method.renderOptions.end())
@@ -51,20 +55,24 @@ method::Setting settingOf(std::vector<std::string> options, const std::string& o
 
 // A script's model, and its frames as they are rendered.
 struct TimedShot {
-  std::string path;
+  std::string name; // the argument
   scene::ScriptHead head;
   method::TimedRenderer renderer;
   scene::Script script;
   film::ShotRenderer shot;
 
-  TimedShot(const ScriptArgument& argument, const BenchmarkArguments& arguments, const Progress& progress)
-      : path(argument.path), head(scene::readScriptHead(path)),
-        renderer(method::openRenderer(head.model, settingOf(arguments.options, argument.option, head.model),
-                                      progress)),
-        script(scene::readScript(path, renderer.describe().rig.origin)),
-        shot(checked(script), renderer, progress) {}
+  TimedShot(const std::string& text, const BenchmarkArguments& arguments, const Progress& progress)
+      : TimedShot(text, ScriptArgument(text), arguments, progress) {}
 
 private:
+  TimedShot(const std::string& text, const ScriptArgument& argument, const BenchmarkArguments& arguments,
+            const Progress& progress)
+      : name(text), head(scene::readScriptHead(argument.path)),
+        renderer(method::openRenderer(head.model, settingOf(arguments.options, argument.options, head.model),
+                                      progress)),
+        script(scene::readScript(argument.path, renderer.describe().rig.origin)),
+        shot(checked(script), renderer, progress) {}
+
   static const scene::Script& checked(const scene::Script& script) {
     scene::requireShot(script);
     return script;
@@ -84,14 +92,13 @@ void saySpread(const std::string& name, const Json& spread) {
 
 Json reportOf(const TimedShot& timed) {
   const method::TimedRenderer& renderer = timed.renderer;
-  Json report = {{"script", timed.path},
+  Json report = {{"script", timed.name},
                  {"model", timed.head.model.string()},
                  {"frames", renderer.seconds().size()},
                  {"model_counts", renderer.describe().counts}};
   std::vector<double> milliseconds;
   for (const double seconds : renderer.seconds()) milliseconds.push_back(1e3 * seconds);
-  say(fmt::format("{:<28} {:>14} {:>14} {:>14}", timed.head.model.filename().string(), "least", "median",
-                  "most"));
+  say(fmt::format("{}\n{:<28} {:>14} {:>14} {:>14}", timed.name, "", "least", "median", "most"));
   report["frame_ms"] = spreadOf(milliseconds);
   saySpread("frame, ms", report["frame_ms"]);
   std::map<std::string, std::vector<double>> stages, counts;
@@ -115,7 +122,7 @@ Json reportOf(const TimedShot& timed) {
 Json runBenchmark(const BenchmarkArguments& arguments, const Progress& progress) {
   std::vector<std::unique_ptr<TimedShot>> shots;
   for (const std::string& script : arguments.scripts)
-    shots.push_back(std::make_unique<TimedShot>(ScriptArgument(script), arguments, progress));
+    shots.push_back(std::make_unique<TimedShot>(script, arguments, progress));
   const auto steps = static_cast<double>(static_cast<size_t>(arguments.rounds) * shots.size());
   size_t step = 0;
   for (int round = 0; round < arguments.rounds; ++round)
@@ -136,7 +143,8 @@ int main(int argc, char** argv) {
   using namespace surflect;
   bench::BenchmarkArguments arguments;
   CLI::App app("Times the frames of scripts, which take turns", "bench_scripts");
-  app.add_option("scripts", arguments.scripts, "TOML: model and camera over time; or TOML:NAME=VALUE")
+  app.add_option("scripts", arguments.scripts,
+                 "TOML: model and camera over time; or TOML:NAME=VALUE, with options of its frames")
       ->required();
   app.add_option("--rounds", arguments.rounds, "how often all frames are rendered")
       ->check(CLI::Range(1, 1000));

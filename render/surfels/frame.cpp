@@ -25,7 +25,7 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
-constexpr size_t kSurfelsPerCorner = 4; // by default
+constexpr size_t kMostStates = size_t{1} << 24; // shadow states in memory at a time, 4 bytes each
 
 void countLights(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                  FrameStats& stats) {
@@ -55,6 +55,20 @@ void prepareWorkspace(const weights::ReflectanceField& field, const FrameOptions
   }
 }
 
+// Shadow states of surfels of a deformed cloud, those of one after the other.
+std::vector<float> statesOf(const CastShadows& shadows, const DeformedCloud& deformed,
+                            std::span<const uint32_t> surfels, const Progress& progress) {
+  constexpr size_t kAtOnce = 1 << 14;
+  std::vector<float> states;
+  weights::QueryBatch part;
+  for (size_t begin = 0; begin < surfels.size(); begin += kAtOnce) {
+    progress.checkpoint();
+    shadows.fill(deformed, surfels.subspan(begin, std::min(kAtOnce, surfels.size() - begin)), part);
+    states.insert(states.end(), part.reached.begin(), part.reached.end());
+  }
+  return states;
+}
+
 // Appends the direction towards the viewer of each place of a batch.
 void addDirections(const weights::QueryBatch& batch, std::vector<Direction3<AcquisitionSpace>>& directions) {
   for (size_t query = 0; query < batch.size(); ++query)
@@ -63,6 +77,10 @@ void addDirections(const weights::QueryBatch& batch, std::vector<Direction3<Acqu
 }
 
 } // namespace
+
+size_t surfelsPerCorner(const weights::ReflectanceField& field, const weights::ShadeOptions& options) {
+  return weights::blendsCorners(field, options) && !weights::usesTables(field, options) ? 4 : 1;
+}
 
 DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
                            const weights::ReflectanceField& field, std::span<const uint32_t> drawn) {
@@ -86,13 +104,11 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
       litScene(requested, options.environmentError, field, options.shade, environments, progress);
   const scene::Scene& scene = lit.scene;
   const bool isTranslucent = options.shade.usesAlpha && !field.alpha.empty();
-  const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
-  const bool mayBlend = !isTranslucent && !predictsError && lit.environments.empty() &&
-                        weights::blendsCorners(field, options.shade);
-  const size_t perQuery = options.surfelsPerQuery.value_or(
-      mayBlend && !weights::usesTables(field, options.shade) ? kSurfelsPerCorner : 1);
-  const bool sharesWeights = perQuery > 1, blendsCorners = mayBlend && sharesWeights;
-  prepareWorkspace(field, options, perQuery * (blendsCorners ? 4 : 1), workspace, progress);
+  const bool mayBlend =
+      !isTranslucent && lit.environments.empty() && weights::blendsCorners(field, options.shade);
+  const size_t perQuery =
+      options.surfelsPerQuery.value_or(mayBlend ? surfelsPerCorner(field, options.shade) : 1);
+  prepareWorkspace(field, options, perQuery * (mayBlend ? 4 : 1), workspace, progress);
   stats = {};
   stats.cloud = field.cloud.size();
   countLights(field, lit, options, stats);
@@ -126,44 +142,54 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
       withTangents(options.tangents, deformed, field, isCut ? std::span(cut.surfels) : std::span<uint32_t>{});
   const DeformedCloud& tangents = options.tangents == Tangents::polar ? deformed : ofOptions;
   const std::span<const uint32_t> visible = raster.visible;
-  const Patches& patchesOfFrame = isCut && sharesWeights ? patchesIn(cut, patches) : patches;
-  weights::QueryBatch shadowStates; // of all visible surfels, where corners are blended
-  weights::QueryBatch ofPlaces;     // likewise, of those that are shaded at a time
+  // The shadow states of all visible surfels are held at a time where corners are blended.
+  const bool blendsCorners =
+      mayBlend && perQuery > 1 && visible.size() * stats.pairLights <= kMostStates;
+  const bool sharesWeights = mayBlend ? blendsCorners : perQuery > 1;
+  Patches ofCut;
+  if (isCut && sharesWeights) ofCut = patchesIn(cut, patches);
+  const Patches& patchesOfFrame = isCut ? ofCut : patches;
+  std::vector<float> shadowStates;
   PatchCorners corners;
   PatchQueries middles;
+  std::vector<uint32_t> cornerSurfels;
   if (blendsCorners) {
-    if (shadows) shadows->fill(deformed, visible, shadowStates);
-    corners = patchCorners(cloud, patchesOfFrame, visible, shadowStates.reached, stats.pairLights);
-    middles.surfels = corners.surfels(visible);
+    if (shadows) shadowStates = statesOf(*shadows, deformed, visible, progress);
+    corners = patchCorners(cloud, patchesOfFrame, visible, shadowStates, stats.pairLights);
+    cornerSurfels = corners.surfels(visible);
   } else if (sharesWeights) {
     middles = patchQueries(patchesOfFrame, visible, deformed);
   }
-  const std::span<const uint32_t> asking = sharesWeights ? std::span(middles.surfels) : visible;
+  const std::span<const uint32_t> asking = blendsCorners   ? std::span<const uint32_t>(cornerSurfels)
+                                           : sharesWeights ? std::span<const uint32_t>(middles.surfels)
+                                                           : visible;
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
-  const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
-    writeQueries(cloud, tangents, asking.subspan(begin, end - begin), scene.camera, scene.lights,
-                 lit.environments, progress, batch);
+  // Queries of the given surfels, without shadow states and places.
+  const auto writeAt = [&](std::span<const uint32_t> surfels, weights::QueryBatch& batch) {
+    writeQueries(cloud, tangents, surfels, scene.camera, scene.lights, lit.environments, progress, batch);
     batch.reached.clear();
-    if (blendsCorners) {
-      corners.addPlaces(visible, begin, end, batch);
-      for (size_t corner = begin; shadows && corner < end; ++corner) {
-        const auto states = std::span(shadowStates.reached)
-                                .subspan(corners.corners[corner] * stats.pairLights, stats.pairLights);
-        batch.reached.insert(batch.reached.end(), states.begin(), states.end());
-      }
-      if (weights::usesTables(field, options.shade)) {
-        writeQueries(cloud, tangents, batch.places, scene.camera, scene.lights, {}, progress, ofPlaces);
-        std::swap(batch.placesTowardsView, ofPlaces.towardsView);
-        std::swap(batch.placesTowardsLight, ofPlaces.towardsLight);
-      }
-    } else {
-      if (shadows) shadows->fill(deformed, asking.subspan(begin, end - begin), batch);
-      if (sharesWeights) addPlaces(middles, visible, begin, end, batch);
-    }
+  };
+  const auto numberInField = [&](weights::QueryBatch& batch) {
     if (isCut)
       for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
         for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
+  };
+  const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
+    const auto surfels = asking.subspan(begin, end - begin);
+    writeAt(surfels, batch);
+    if (blendsCorners) {
+      corners.addPlaces(visible, begin, end, batch);
+      for (size_t corner = begin; shadows && corner < end; ++corner) {
+        const auto states =
+            std::span(shadowStates).subspan(corners.corners[corner] * stats.pairLights, stats.pairLights);
+        batch.reached.insert(batch.reached.end(), states.begin(), states.end());
+      }
+    } else {
+      if (shadows) shadows->fill(deformed, surfels, batch);
+      if (sharesWeights) addPlaces(middles, visible, begin, end, batch);
+    }
+    numberInField(batch);
   };
   const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     write(begin, end, batch);
@@ -171,7 +197,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
     clock.finish("queries");
   };
   weights::ShadeOptions shading = options.shade;
-  shading.placesPerQuery = perQuery;
+  shading.placesPerQuery = sharesWeights ? perQuery : 1;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   shading::Shaded shaded = shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
@@ -179,6 +205,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
+  const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();
@@ -193,9 +220,14 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   if (predictsError) {
     shading.nearest = true;
     shading.showsBlends = false;
+    shading.placesPerQuery = 1;
+    const shading::FillBatch writeEach = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
+      writeAt(visible.subspan(begin, end - begin), batch);
+      numberInField(batch);
+    };
     shading::ShadingStats ofNearest;
     shading::Shaded nearest =
-        shading::shade(field, asking.size(), write, shading, cache, ofNearest, progress);
+        shading::shade(field, visible.size(), writeEach, shading, cache, ofNearest, progress);
     shaded.radiance = std::move(nearest.radiance);
     shaded.alpha = std::move(nearest.alpha);
     layers.aovs["predicted_error"] = predictedError(

@@ -63,6 +63,9 @@ enum class Tangents {
 DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
                            const weights::ReflectanceField& field, std::span<const uint32_t> drawn = {});
 
+// Default of FrameOptions::surfelsPerQuery where corners may be blended.
+size_t surfelsPerCorner(const weights::ReflectanceField& field, const weights::ShadeOptions& options);
+
 struct FrameOptions {
   weights::ShadeOptions shade;
   splat::SplatOptions splats;
@@ -72,9 +75,9 @@ struct FrameOptions {
   Tangents tangents = Tangents::polar;
   // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
   double surfelSize = 0;
-  // Surfels for each query of weights of cameras and lights; none: surfelsPerQuery. Those of a patch share
-  // the weights of its middle, or, where weights are blended over corners (patch_corners.h), of its four
-  // corners.
+  // One query of weights is made for about so many surfels: those of a patch share the weights of its middle.
+  // Under kriging and tables, of opaque objects and without environments, the surfels of a patch four times as
+  // large blend the weights of its four corners (patch_corners.h). Default: surfelsPerCorner, else 1.
   std::optional<size_t> surfelsPerQuery = {};
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;

@@ -17,9 +17,9 @@ std::map<std::string, double> workOf(const FrameStats& stats, const FrameOptions
                         32 * count(stats.covered) + 6 * count(pixels)},
           {"queries", (26 + 47 * count(stats.environments)) * queries + (sharesWeights ? 8 * visible : 0) +
                           (occluders > 0 ? 290 * pairLights * visible : 0)},
-          {"ulr", (136 + 28 * count(stats.lights) + 1600 * pairLights + 13 * count(stats.tabulatedLights)) *
+          {"ulr", (136 + 28 * count(stats.lights) + 1300 * pairLights + 13 * count(stats.tabulatedLights)) *
                           queries +
-                      30 * visible},
+                      (30 + 400 * pairLights) * visible},
           {"look-up", 46 * operations + 3.7 * lookups},
           {"develop", 24 * visible + 6 * count(pixels)}};
 }

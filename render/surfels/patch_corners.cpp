@@ -1,10 +1,11 @@
 #include "render/surfels/patch_corners.h"
 
-#include <Eigen/LU>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <limits>
 
 namespace surflect::surfels {
 
@@ -13,17 +14,19 @@ namespace {
 constexpr size_t kCorners = 4;
 constexpr float kShadowEdge = 0.25f; // difference of shadow states
 
-// A run of the list of visible surfels that are in one patch.
+constexpr uint32_t kLeastLinear = 6; // surfels of a run
+
+// A run of the list of visible surfels: those of one patch, or surfels that answer for themselves.
 struct Run {
   uint32_t begin, end;
-  bool isLinear = false;
+  bool isLinear = true;
 
   uint32_t size() const { return end - begin; }
   // The run itself, or groups of at most four surfels.
   uint32_t groups() const { return isLinear ? 1 : (size() + kCorners - 1) / kCorners; }
 };
 
-std::vector<Run> runsOf(const Patches& patches, std::span<const uint32_t> visible) {
+std::vector<Run> patchRuns(const Patches& patches, std::span<const uint32_t> visible) {
   std::vector<Run> runs;
   size_t next = 0; // patch after that of the last surfel
   for (uint32_t place = 0; place < visible.size(); ++place) {
@@ -34,6 +37,17 @@ std::vector<Run> runsOf(const Patches& patches, std::span<const uint32_t> visibl
     runs.back().end = place + 1;
   }
   return runs;
+}
+
+// Successive runs of surfels that answer for themselves are one run.
+std::vector<Run> joined(const std::vector<Run>& runs) {
+  std::vector<Run> all;
+  for (const Run& run : runs)
+    if (!all.empty() && !run.isLinear && !all.back().isLinear)
+      all.back().end = run.end;
+    else
+      all.push_back(run);
+  return all;
 }
 
 // Whether no light's shadow begins within a run.
@@ -50,43 +64,32 @@ bool isEvenlyLit(const Run& run, std::span<const float> reached, size_t lights) 
   return true;
 }
 
-// Corners of a run and the weights b of its surfels.
+// Corners of a run and the weights of its surfels.
 class Corners {
 public:
   explicit Corners(std::span<const Vec3<double>> places) : places_(places) {
     Vec3<double> middle = Vec3<double>::Zero();
-    for (const Vec3<double>& place : places) middle += place;
-    middle /= static_cast<double>(places.size());
+    for (const Vec3<double>& place : places) middle += place / static_cast<double>(places.size());
     corners_[0] = farthest([&](const Vec3<double>& x) { return (x - middle).squaredNorm(); });
-    const Vec3<double>& first = places[corners_[0]];
-    corners_[1] = farthest([&](const Vec3<double>& x) { return (x - first).squaredNorm(); });
-    const Vec3<double> along = (places[corners_[1]] - first).normalized();
-    const auto across = [&](const Vec3<double>& x) {
-      return Vec3<double>(x - first - along.dot(x - first) * along);
-    };
+    first_ = places[corners_[0]];
+    corners_[1] = farthest([&](const Vec3<double>& x) { return (x - first_).squaredNorm(); });
+    along_ = places[corners_[1]] - first_;
     corners_[2] = farthest([&](const Vec3<double>& x) { return across(x).squaredNorm(); });
-    const Vec3<double> side = across(places[corners_[2]]);
-    corners_[3] = farthest([&](const Vec3<double>& x) { return -side.dot(x - first); });
-    mean_ = Vec3<double>::Zero();
-    for (const size_t corner : corners_) mean_ += places[corner] / kCorners;
-    Mat3<double> covariance = Mat3<double>::Zero();
-    for (const size_t corner : corners_)
-      covariance += (places[corner] - mean_) * (places[corner] - mean_).transpose();
-    constexpr double kRidge = 1e-3, kLeast = 1e-30;
-    covariance += (kRidge * covariance.trace() + kLeast) * Mat3<double>::Identity();
-    inverse_ = covariance.inverse();
+    side_ = across(places[corners_[2]]);
+    corners_[3] = farthest([&](const Vec3<double>& x) { return -side_.dot(x - first_); });
   }
 
   size_t operator[](size_t corner) const { return corners_[corner]; }
 
   weights::AtCorners<float> weightsOf(const Vec3<double>& place) const {
-    const Vec3<double> way = inverse_ * (place - mean_);
-    weights::AtCorners<float> all;
-    float sum = 0;
-    for (size_t k = 0; k < kCorners; ++k) {
-      all[k] = std::max(0.f, static_cast<float>(0.25 + (places_[corners_[k]] - mean_).dot(way)));
-      sum += all[k];
-    }
+    const size_t third = side_.dot(place - first_) >= 0 ? 2 : 3;
+    const Vec3<double> way = places_[corners_[third]] - first_, x = place - first_;
+    const Vec2<double> at = coordinates(along_, way, x);
+    weights::AtCorners<float> all{};
+    all[0] = static_cast<float>(std::max(0.0, 1 - at[0] - at[1]));
+    all[1] = static_cast<float>(std::max(0.0, at[0]));
+    all[third] = static_cast<float>(std::max(0.0, at[1]));
+    const float sum = all[0] + all[1] + all[third];
     for (float& weight : all) weight /= sum;
     return all;
   }
@@ -103,10 +106,24 @@ private:
     return best;
   }
 
+  // Component of the way from the first corner that is perpendicular to `along`.
+  Vec3<double> across(const Vec3<double>& x) const {
+    const double squared = std::max(along_.squaredNorm(), std::numeric_limits<double>::min());
+    return x - first_ - along_.dot(x - first_) / squared * along_;
+  }
+
+  // (s, t) for which s u + t v comes nearest to x; t is 0 where u and v are parallel.
+  static Vec2<double> coordinates(const Vec3<double>& u, const Vec3<double>& v, const Vec3<double>& x) {
+    constexpr double kLeast = 1e-12, kTiny = std::numeric_limits<double>::min();
+    const double uu = std::max(u.dot(u), kTiny), uv = u.dot(v), vv = v.dot(v);
+    const double rest = vv - uv * uv / uu; // squared height of v over u
+    const double t = rest > kLeast * uu ? (v.dot(x) - uv / uu * u.dot(x)) / rest : 0;
+    return {(u.dot(x) - t * uv) / uu, t};
+  }
+
   std::span<const Vec3<double>> places_;
-  std::array<size_t, kCorners> corners_;
-  Vec3<double> mean_;
-  Mat3<double> inverse_;
+  std::array<size_t, kCorners> corners_{};
+  Vec3<double> first_, along_ = Vec3<double>::Zero(), side_; // place of the first corner, way to the second
 };
 
 } // namespace
@@ -132,11 +149,12 @@ void PatchCorners::addPlaces(std::span<const uint32_t> visible, size_t begin, si
 PatchCorners patchCorners(const SurfelCloud& cloud, const Patches& patches, std::span<const uint32_t> visible,
                           std::span<const float> reached, size_t lights) {
   assert(reached.empty() || reached.size() == visible.size() * lights);
-  std::vector<Run> runs = runsOf(patches, visible);
+  std::vector<Run> runs = patchRuns(patches, visible);
   tbb::parallel_for(size_t{0}, runs.size(), [&](size_t i) {
     runs[i].isLinear =
-        runs[i].size() > kCorners && (reached.empty() || isEvenlyLit(runs[i], reached, lights));
+        runs[i].size() >= kLeastLinear && (reached.empty() || isEvenlyLit(runs[i], reached, lights));
   });
+  runs = joined(runs);
   std::vector<size_t> firstGroup{0};
   for (const Run& run : runs) firstGroup.push_back(firstGroup.back() + run.groups());
 

@@ -1,16 +1,12 @@
 // Patches of visible surfels whose weights of photographs are found at four corners, and are linear in
 // between.
 //
-//   b_k(x) = 1/4 + (c_k - m)^T (C + 1e-3 tr(C) I)^-1 (x - m),   C = sum_k (c_k - m)(c_k - m)^T
-//
-// Symbols: c_k places of the corners, m their mean, x place of a surfel; b_k its weight of corner k, by
-// linear regression over the corners [Galton 1886]; those below 0 count as 0, and the others are scaled to
-// the sum 1.
+// Two corners are as far apart as any, the others on either side of the line between them: two triangles. A
+// surfel has the barycentric coordinates of its projection into the triangle on its side; those below 0 count
+// as 0, and the others are scaled to the sum 1.
 //
 // Weights change smoothly over a surface, but not where a cast shadow begins. Patches across such an edge are
 // divided into groups of at most four surfels that are corners themselves.
-//
-// [Galton 1886] Galton: Regression towards Mediocrity in Hereditary Stature, J. Anthropological Institute 15.
 #pragma once
 
 #include "srf/weights/query.h"

@@ -129,8 +129,6 @@ void writeQueries(const SurfelCloud& rest, const DeformedCloud& deformed, std::s
   batch.places.clear();
   batch.firstPlace.clear();
   batch.cornerWeights.clear();
-  batch.placesTowardsView.clear();
-  batch.placesTowardsLight.clear();
   batch.towardsView.resize(surfels.size());
   batch.towardsLight.resize(surfels.size() * batch.lights);
   batch.irradiance.resize(surfels.size() * batch.lights);

@@ -181,6 +181,9 @@ std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights
   if (!weights::hasSeparateWeights(field, shade))
     rowOf("pairs").sweep = downToOne(weights::pairCount(field, shade));
   if (!isLit) rowOf("environment_error").sweep.clear();
+  const size_t perCorner = surfelsPerCorner(field, shade);
+  rowOf("patch").standard = perCorner;
+  if (perCorner > 1) rowOf("patch").sweep = {perCorner, 2 * perCorner, 4 * perCorner};
   return options;
 }
 

@@ -212,7 +212,7 @@ private:
 };
 
 // Tilts normals to where the tables predict the photographs best, and fits the tables anew, in two rounds.
-// Keeps both as they are if tilts of a part of the patches save less than kLeastSaved of the error.
+// Keeps both as they are unless tilts save kLeastSaved of the error of photographs that did not choose them.
 void tiltNormals(SharedReflectance& shared, const Photographs& photographs, const SurfelPlaces& surfels,
                  const SharingOptions& options, const Progress& progress) {
   constexpr double kLeastSaved = 0.05;
@@ -222,13 +222,13 @@ void tiltNormals(SharedReflectance& shared, const Photographs& photographs, cons
   const std::span<const uint32_t> centres = patches.centres;
   const auto places = chosen(surfels.places, centres);
   const auto frames = chosen(surfels.frames, centres);
-  const auto seek = [&](size_t step) {
-    return seekTilts({shared.tables, shared.mixtures, shared.gains, shared.fibres, options.white},
-                     photographs, surfels.frames, patches, step, progress);
+  const auto tables = [&]() -> TiltedTables {
+    return {shared.tables, shared.mixtures, shared.gains, shared.fibres, options.white};
   };
-  if (const PatchTilts some = seek(kTried); some.error > (1 - kLeastSaved) * some.errorBefore) return;
+  if (savedByTilts(tables(), photographs, surfels.frames, patches, kTried, progress) < kLeastSaved) return;
   for (int round = 0; round < 2; ++round) {
-    shared.tilts = tiltsNear(places, frames, seek(1).tilts, surfels.places, surfels.frames);
+    const std::vector<Tilt> tilts = seekTilts(tables(), photographs, surfels.frames, patches, progress);
+    shared.tilts = tiltsNear(places, frames, tilts, surfels.places, surfels.frames);
     const TableFits fits(photographs, shared, options, progress);
     fits.fitAll(shared, options.photographs, fits.startFrom(shared));
   }

@@ -6,7 +6,7 @@
 //   3. A table for each cluster                                        shared_table.h
 //   4. Mixtures of tables at each surfel, by how well each predicts the surfel and its neighbours
 //   5. The tables anew, each surfel a member by its weight in the mixture
-//   6. Tilts of the normals; tables and tilts once more, if they predict better            tilts.h
+//   6. Tilts of the normals, if tables predict better with them, and then the tables anew, twice    tilts.h
 //   7. Gains by the mixtures                                           gains.h
 //
 // Steps 1 to 6 look at a sample of the surfels; then each surfel of the surface gets fibre and tilt of the

@@ -38,11 +38,12 @@ public:
                const Photographs& photographs)
       : tables_(tables), nodes_(nodes), photographs_(photographs) {}
 
-  double of(uint32_t surfel, Tilt tilt) const {
+  // Sum over every `step`-th photograph from the first-th on.
+  double of(uint32_t surfel, Tilt tilt, size_t first = 0, size_t step = 1) const {
     const Mat3<float> inTilted = tiltRotation(tilt).transpose();
     const TableMixture& mixture = tables_.mixtures[surfel];
     double sum = 0;
-    for (size_t i = photographs_.first[surfel]; i < photographs_.first[surfel + 1]; ++i) {
+    for (size_t i = photographs_.first[surfel] + first; i < photographs_.first[surfel + 1]; i += step) {
       const auto view = rotated(inTilted, photographs_.towardsView[i]);
       const auto light = rotated(inTilted, photographs_.towardsLight[i]);
       const TablePlace place =
@@ -64,6 +65,63 @@ private:
   const Photographs& photographs_;
 };
 
+// Errors E of patches under tilts in the frames of their centres, times the number of photographs.
+class PatchErrors {
+public:
+  // The arguments must outlive this.
+  PatchErrors(const TiltedTables& tables, const Photographs& photographs, std::span<const SurfelFrame> frames,
+              const Patches& patches)
+      : nodes_(nodesOf(tables.tables)), errors_(tables, nodes_, photographs), photographs_(photographs),
+        frames_(frames), patches_(patches), surfelsOf_(patches.centres.size()) {
+    for (uint32_t s = 0; s < patches.of.size(); ++s) surfelsOf_[patches.of[s]].push_back(s);
+  }
+
+  // Over every `step`-th photograph of each surfel from the first-th on.
+  double of(size_t patch, Tilt tilt, size_t first, size_t step) const {
+    const SurfelFrame& frame = frames_[patches_.centres[patch]];
+    double sum = 0;
+    for (const uint32_t s : surfelsOf_[patch]) {
+      const size_t count = (photographs_.first[s + 1] - photographs_.first[s]) / step;
+      sum += errors_.of(s, carried(tilt, carriedAngle(frame, frames_[s])), first, step) +
+             kReluctance * static_cast<double>(count) * (tilt.u * tilt.u + tilt.v * tilt.v);
+    }
+    return sum;
+  }
+
+  // The tilt of the least error over every `step`-th photograph, by compass search.
+  Tilt bestTilt(size_t patch, size_t step) const {
+    Tilt best;
+    double least = of(patch, best, 0, step);
+    for (float length = kFirstStep; length >= kLeastStep; length /= 2) {
+      const Tilt centre = best;
+      for (int direction = 0; direction < 8; ++direction) {
+        const double angle = std::numbers::pi / 4 * direction;
+        const Tilt tilt = bounded({centre.u + length * static_cast<float>(std::cos(angle)),
+                                   centre.v + length * static_cast<float>(std::sin(angle))});
+        if (const double error = of(patch, tilt, 0, step); error < least) {
+          best = tilt;
+          least = error;
+        }
+      }
+    }
+    return best;
+  }
+
+private:
+  static std::vector<std::vector<Rgb>> nodesOf(const ReflectanceTables& tables) {
+    std::vector<std::vector<Rgb>> nodes;
+    for (size_t table = 0; table < tables.count(); ++table) nodes.push_back(tables.nodes(table));
+    return nodes;
+  }
+
+  const std::vector<std::vector<Rgb>> nodes_;
+  const SurfelErrors errors_;
+  const Photographs& photographs_;
+  std::span<const SurfelFrame> frames_;
+  const Patches& patches_;
+  std::vector<std::vector<uint32_t>> surfelsOf_;
+};
+
 } // namespace
 
 Mat3<float> tiltRotation(Tilt tilt) {
@@ -80,54 +138,33 @@ SurfelFrame tiltedFrame(const SurfelFrame& frame, Tilt tilt) {
   return SurfelFrame(Mat3<float>(frame.matrix() * tiltRotation(tilt)));
 }
 
-PatchTilts seekTilts(const TiltedTables& tables, const Photographs& photographs,
-                     std::span<const SurfelFrame> frames, const Patches& patches, size_t step,
-                     const Progress& progress) {
-  std::vector<std::vector<Rgb>> nodes;
-  for (size_t table = 0; table < tables.tables.count(); ++table) nodes.push_back(tables.tables.nodes(table));
-  const SurfelErrors errors(tables, nodes, photographs);
-  std::vector<std::vector<uint32_t>> surfelsOf(patches.centres.size());
-  for (uint32_t s = 0; s < patches.of.size(); ++s) surfelsOf[patches.of[s]].push_back(s);
-  struct Found {
-    Tilt tilt;
-    double error = 0, errorBefore = 0;
-  };
-  std::vector<Found> found(patches.centres.size());
-  tbb::parallel_for(size_t{0}, found.size(), step, [&](size_t patch) {
+std::vector<Tilt> seekTilts(const TiltedTables& tables, const Photographs& photographs,
+                            std::span<const SurfelFrame> frames, const Patches& patches,
+                            const Progress& progress) {
+  const PatchErrors errors(tables, photographs, frames, patches);
+  std::vector<Tilt> tilts(patches.centres.size());
+  tbb::parallel_for(size_t{0}, tilts.size(), [&](size_t patch) {
     progress.checkpoint();
-    const SurfelFrame& frame = frames[patches.centres[patch]];
-    const auto errorAt = [&](Tilt tilt) { // E times the number of photographs
-      double sum = 0;
-      for (const uint32_t s : surfelsOf[patch]) {
-        const size_t count = photographs.first[s + 1] - photographs.first[s];
-        sum += errors.of(s, carried(tilt, carriedAngle(frame, frames[s]))) +
-               kReluctance * static_cast<double>(count) * (tilt.u * tilt.u + tilt.v * tilt.v);
-      }
-      return sum;
-    };
-    Found best{{}, errorAt({}), 0};
-    best.errorBefore = best.error;
-    for (float length = kFirstStep; length >= kLeastStep; length /= 2) {
-      const Tilt centre = best.tilt;
-      for (int direction = 0; direction < 8; ++direction) {
-        const double angle = std::numbers::pi / 4 * direction;
-        const Tilt tilt = bounded({centre.u + length * static_cast<float>(std::cos(angle)),
-                                   centre.v + length * static_cast<float>(std::sin(angle))});
-        if (const double error = errorAt(tilt); error < best.error) {
-          best.tilt = tilt;
-          best.error = error;
-        }
-      }
-    }
-    found[patch] = best;
+    tilts[patch] = errors.bestTilt(patch, 1);
   });
-  PatchTilts all;
-  for (const auto& [tilt, error, before] : found) {
-    all.tilts.push_back(tilt);
-    all.error += error;
-    all.errorBefore += before;
-  }
-  return all;
+  return tilts;
+}
+
+double savedByTilts(const TiltedTables& tables, const Photographs& photographs,
+                    std::span<const SurfelFrame> frames, const Patches& patches, size_t step,
+                    const Progress& progress) {
+  const PatchErrors errors(tables, photographs, frames, patches);
+  struct Errors {
+    double before = 0, after = 0;
+  };
+  std::vector<Errors> all(patches.centres.size());
+  tbb::parallel_for(size_t{0}, all.size(), step, [&](size_t patch) {
+    progress.checkpoint();
+    all[patch] = {errors.of(patch, {}, 1, 2), errors.of(patch, errors.bestTilt(patch, 2), 1, 2)};
+  });
+  Errors sum;
+  for (const auto& [before, after] : all) sum = {sum.before + before, sum.after + after};
+  return sum.before > 0 ? 1 - sum.after / sum.before : 0;
 }
 
 std::vector<Tilt> tiltsNear(std::span<const Point3<AcquisitionSpace>> places,

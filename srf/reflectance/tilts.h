@@ -50,16 +50,16 @@ struct TiltedTables {
   float white;                   // reflectance of a white pixel
 };
 
-// A tilt of each patch, in the frame of its centre, and how much E it saves; 0 of patches that are left out.
-struct PatchTilts {
-  std::vector<Tilt> tilts;
-  double error = 0, errorBefore = 0; // sums of E over all photographs
-};
+// A tilt of each patch, in the frame of its centre. Costs 25 predictions a photograph. Throws Cancelled.
+std::vector<Tilt> seekTilts(const TiltedTables& tables, const Photographs& photographs,
+                            std::span<const SurfelFrame> frames, const Patches& patches,
+                            const Progress& progress = {});
 
-// Seeks the tilts of every `step`-th patch. Costs 25 predictions a photograph. Throws Cancelled.
-PatchTilts seekTilts(const TiltedTables& tables, const Photographs& photographs,
-                     std::span<const SurfelFrame> frames, const Patches& patches, size_t step = 1,
-                     const Progress& progress = {});
+// Share of the error that tilts save: every `step`-th patch seeks its tilt by every other photograph, and the
+// errors are those of the rest.
+double savedByTilts(const TiltedTables& tables, const Photographs& photographs,
+                    std::span<const SurfelFrame> frames, const Patches& patches, size_t step,
+                    const Progress& progress = {});
 
 // A tilt of each frame: the mean of those of the nearest places, weighted by a nearness that falls to 0 where
 // another place becomes nearer.

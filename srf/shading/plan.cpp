@@ -185,8 +185,8 @@ public:
     firstPlace_ = batch_.placeBegin(begin);
     rest_.clear();
     restShares_.clear();
-    for (size_t first = begin; first < end; first += weights::kQueryLanes) {
-      const size_t count = std::min(weights::kQueryLanes, end - first);
+    for (size_t first = begin; first < end; first += queriesAtOnce()) {
+      const size_t count = std::min(queriesAtOnce(), end - first);
       pairs_.prepare(first, count);
       for (size_t lane = 0; lane < count; lane += corners_) {
         for (Light& light : lights_) light.clear();
@@ -201,6 +201,14 @@ public:
 
 private:
   template <class T> using AtCorners = weights::AtCorners<T>;
+
+  // Queries that are prepared together: a lane set, or fewer so that few systems of many lights are in
+  // memory.
+  size_t queriesAtOnce() const {
+    constexpr size_t kLightsAtOnce = 128;
+    const size_t few = kLightsAtOnce / std::max(size_t{1}, batch_.lights) / corners_ * corners_;
+    return std::clamp(few, corners_, weights::kQueryLanes);
+  }
 
   // A photograph that answers a light at some corners.
   struct Term {
@@ -224,9 +232,9 @@ private:
   // A light at the corners: its pairs, and the photographs that correct its tables.
   struct Light {
     std::vector<Term> pairs, corrections;
-    AtCorners<float> share; // of the tables
-    // Without gain: radiance by tables, irradiance by which they are multiplied, and correction.
-    AtCorners<Rgb> byTables, irradiance, correction;
+    AtCorners<float> share;      // of the tables
+    AtCorners<Rgb> offset;       // radiance by tables, without gain
+    AtCorners<float> lacksState; // 1: few photographs have the requested shadow state
     // At a place: one for each view that has pairs, and one for each correction.
     std::vector<Operation> ofPairs, ofCorrections;
 
@@ -234,7 +242,8 @@ private:
       pairs.clear();
       corrections.clear();
       share.fill(0);
-      for (AtCorners<Rgb>* values : {&byTables, &irradiance, &correction}) values->fill({});
+      offset.fill({});
+      lacksState.fill(0);
     }
   };
 
@@ -244,7 +253,7 @@ private:
     isUnseen_[corner] = best.isSeen ? 0.f : 1.f;
     cameraColor_[corner] = lightBlendColor_[corner] = {};
     float restShare = static_cast<float>(batch_.environments.size());
-    for (size_t l = 0; l < batch_.lights; ++l) restShare += 1 - askLight(query, l, corner, plan);
+    for (size_t l = 0; l < batch_.lights; ++l) restShare += 1 - askLight(query, l, corner);
     if (isSeparate_) restShares_.push_back(restShare / static_cast<float>(batch_.sources()));
     if (!product_)
       for (size_t e = 0; e < batch_.environments.size(); ++e) planEnvironment(query, e, plan);
@@ -252,7 +261,7 @@ private:
 
   // Asks for the tables' share of a light, and for the rest unless the product answers it. Returns that
   // share.
-  float askLight(size_t query, size_t l, size_t corner, ShadingPlan& plan) {
+  float askLight(size_t query, size_t l, size_t corner) {
     pairs_.setLight(l);
     const Rgb& irradiance = batch_.irradiance[query * batch_.lights + l];
     const auto shared = pairs_.shared();
@@ -261,19 +270,17 @@ private:
     if (isSeparate_)
       rest_.push_back((1 - share) * irradiance);
     else if (share < 1)
-      addPairs(query, 1 - share, irradiance, lights_[l], corner, plan);
+      addPairs(1 - share, irradiance, lights_[l], corner);
     return share;
   }
 
-  void addPairs(size_t query, float share, const Rgb& irradiance, Light& light, size_t corner,
-                ShadingPlan& plan) {
+  void addPairs(float share, const Rgb& irradiance, Light& light, size_t corner) {
     const auto [weights, scale, lacksState] = pairs_.blend();
-    if (lacksState)
-      plan.unmatchedShadows += (batch_.placeBegin(query + corners_) - batch_.placeBegin(query)) / corners_;
+    light.lacksState[corner] = lacksState ? 1 : 0;
     for (const auto& [number, weight] : weights) {
       const weights::CapturedPairs::Pair& pair = pairs_.pairs()[number];
       Term& term = termOf(light.pairs, number);
-      term.weight[corner] += share * weight; // perhaps once more, with camera and light exchanged
+      term.weight[corner] += weight; // perhaps once more, with camera and light exchanged
       term.factor[corner] =
           term.factor[corner] + share * scale * weight * pairs_.ratio(irradiance, pair.light);
       addColors(pair, share * weight, share * scale * weight, corner);
@@ -283,12 +290,10 @@ private:
   // Blend colours are those of the photographs, by the size of their factors.
   void addCorrections(const weights::PairWeights::Shared& shared, const Rgb& irradiance, Light& light,
                       size_t corner) {
-    const auto& [photographs, predicted, asked, correction] = shared.blend;
+    const auto& [photographs, predicted, offset] = shared.blend;
     const float share = shared.share * shared.fade;
     light.share[corner] = shared.share;
-    light.irradiance[corner] = share * irradiance;
-    light.byTables[corner] = share * (irradiance * asked);
-    light.correction[corner] = share * (irradiance * correction);
+    light.offset[corner] = share * (irradiance * offset);
     float sizes = 0;
     for (const auto& [number, factor] : photographs) sizes += std::abs(factor);
     for (size_t i = 0; i < photographs.size(); ++i) {
@@ -325,7 +330,8 @@ private:
       }
       emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
       for (size_t l = 0; l < batch_.lights; ++l) {
-        if (corners_ > 1 || place == begin) writeOperations(lights_[l], own, plan);
+        if (corners_ > 1 || place == begin) writeOperations(lights_[l], own, batch_.placeAt(place), plan);
+        if (atPlace(lights_[l].lacksState, own) > 0.5f) ++plan.unmatchedShadows;
         planLight(place, l, own, plan);
       }
     }
@@ -335,14 +341,27 @@ private:
     return corners_ == 1 ? AtCorners<float>{1} : batch_.cornerWeights[place];
   }
 
-  // Writes the operations of a light at a place.
-  void writeOperations(Light& light, const AtCorners<float>& own, ShadingPlan& plan) const {
+  // Whether a surfel may be looked up in a view that its corners chose: something else may hide it there.
+  bool isSeen(uint32_t surfel, uint32_t view) const {
+    return corners_ == 1 || field_.visibility.of(surfel)[view] > 0;
+  }
+
+  // Writes the operations of a light at a place. The weights of views that do not see the surfel pass to the
+  // others, if there are any.
+  void writeOperations(Light& light, const AtCorners<float>& own, uint32_t surfel, ShadingPlan& plan) const {
     light.ofPairs.clear();
     light.ofCorrections.clear();
     const weights::CapturedPairs& pairs = pairs_.pairs();
     const auto addRow = [&](const Term& term, float weight) {
       plan.rows.add(pairs[term.number].column, 1 / weight * atPlace(term.factor, own));
     };
+    float all = 0, seen = 0;
+    for (const Term& term : light.pairs) {
+      const float weight = atPlace(term.weight, own);
+      all += weight;
+      if (isSeen(surfel, pairs[term.number].view)) seen += weight;
+    }
+    const bool choosesSeen = seen > 0 && seen < all;
     for (auto first = light.pairs.begin(); first != light.pairs.end();) {
       const uint32_t view = pairs[first->number].view;
       const auto last = std::find_if(first, light.pairs.end(),
@@ -350,9 +369,10 @@ private:
       float weight = 0;
       for (auto term = first; term != last; ++term) weight += atPlace(term->weight, own);
       const size_t rowBegin = plan.rows.lights.size();
-      if (weight > 0) {
+      if (weight > 0 && (!choosesSeen || isSeen(surfel, view))) {
         for (auto term = first; term != last; ++term) addRow(*term, weight);
-        light.ofPairs.push_back({view, weight, rowBegin, plan.rows.lights.size()});
+        light.ofPairs.push_back(
+            {view, choosesSeen ? weight * (all / seen) : weight, rowBegin, plan.rows.lights.size()});
       }
       first = last;
     }
@@ -364,36 +384,27 @@ private:
     }
   }
 
-  // Radiance of a light by tables at a place, without gain. Highlights are narrower than patches: each place
-  // has its own prediction.
-  Rgb byTables(const Light& light, size_t l, size_t place, const AtCorners<float>& own) const {
-    if (corners_ == 1) return light.byTables[0];
-    const Rgb irradiance = atPlace(light.irradiance, own);
-    if (irradiance == Rgb{}) return {};
-    return irradiance * pairs_.predicted(batch_.placeAt(place), batch_.placesTowardsView[place],
-                                         batch_.placesTowardsLight[place * batch_.lights + l]);
-  }
-
   // Plans a light at a place. A photograph that does not show the place counts as its prediction, so that it
   // corrects nothing there.
   void planLight(size_t place, size_t l, const AtCorners<float>& own, ShadingPlan& plan) {
     const Light& light = lights_[l];
+    const uint32_t surfel = batch_.placeAt(place);
     const size_t i = place - firstPlace_, first = i * plan.targetsPerPlace;
     for (const auto& [view, weight, begin, end] : light.ofPairs)
       emitter_.emit(first + l, view, weight, begin, end, plan);
     if (plan.tablesPerPlace == 0) return;
     const size_t target = first + plan.targetsPerPlace - plan.tablesPerPlace + l;
     plan.tableShares[i * plan.tablesPerPlace + l] = atPlace(light.share, own);
-    Rgb offset = atPlace(light.correction, own) + byTables(light, l, place, own);
+    Rgb offset = atPlace(light.offset, own);
     for (size_t k = 0; k < light.ofCorrections.size(); ++k) {
       const auto& [view, weight, begin, end] = light.ofCorrections[k];
       if (!(weight > 0)) continue;
-      if (emitter_.isShown(view))
+      if (isSeen(surfel, view) && emitter_.isShown(view))
         emitter_.emit(target, view, weight, begin, end, plan);
       else
         offset = offset + atPlace(light.corrections[k].absent, own);
     }
-    plan.offsets[target] = field_.shared->gains[batch_.placeAt(place)] * offset;
+    plan.offsets[target] = field_.shared->gains[surfel] * offset;
   }
 
   // Looks up all places of a query for one of its environments.

@@ -10,10 +10,10 @@
 namespace surflect::shading {
 
 struct Shaded {
-  std::vector<Rgb> radiance;                // per query; premultiplied by alpha
-  std::vector<float> alpha;                 // per query, as in ShadingPlan
-  std::vector<float> confidence;            // per query, as in ShadingPlan
-  std::vector<Rgb> cameraBlend, lightBlend; // per query, as in ShadingPlan
+  std::vector<Rgb> radiance;                // per place; premultiplied by alpha
+  std::vector<float> alpha;                 // per place, as in ShadingPlan
+  std::vector<float> confidence;            // per place, as in ShadingPlan
+  std::vector<Rgb> cameraBlend, lightBlend; // per place, as in ShadingPlan
   size_t unseen = 0, unmatchedShadows = 0;  // as in ShadingPlan
 };
 
@@ -28,7 +28,8 @@ Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& 
              const Progress& progress = {}, const ShadeLap& lap = {});
 
 // Fills a batch with the queries [begin, end), reusing its memory. The first call has an empty range and
-// provides only the lights and environments, which must be the same for all ranges.
+// provides only the lights and environments, which must be the same for all ranges. Ranges have whole groups
+// of four, but for the last one without corners.
 using FillBatch = std::function<void(size_t begin, size_t end, weights::QueryBatch& batch)>;
 
 // Radiance of queries that are generated on demand, so that only those being shaded are in memory.

@@ -325,7 +325,7 @@ PairWeights::Blend PairWeights::blend() {
   const LightExtrapolation extrapolation = batch_.extrapolationOf(light_);
   if (!isKriged_) return blendTowards(asked_.towards, extrapolation);
   Blend blend =
-      finished(pairBatch_.positiveWeights(prepared().request), prepared().lightPenalty, extrapolation);
+      finished(pairBatch_.positiveWeights(prepared().request.value()), prepared().lightPenalty, extrapolation);
   if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked_);
   if (asked_.reached && !blend.weights.empty())
     blend.lacksState = shareOfState(blend.weights, *asked_.reached) < 0.5f;

@@ -144,11 +144,6 @@ public:
     float fade;  // where no light was captured (fades.h)
   };
   std::optional<Shared> shared() const;
-  // Prediction of any surfel by its tables, without its gain.
-  Rgb predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
-                const Direction3<AcquisitionSpace>& towardsLight) const {
-    return shared_->predicted(surfel, towardsView, towardsLight);
-  }
   // The pairs for a light of an environment, by ULR over all photographed pairs.
   Blend blendTowards(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
 
@@ -165,9 +160,9 @@ private:
   // Kriging of a light of a prepared query.
   struct Prepared {
     float lightPenalty = kInfinity;
-    size_t request = 0;         // in the batch of pairs; if blend() is by kriging
-    float share = 0;            // m
-    PredictedRequest predicted; // in the batch of residuals; if m > 0
+    std::optional<size_t> request; // in the batch of pairs; none where tables answer with a share of 1
+    float share = 0;               // m
+    PredictedRequest predicted;    // in the batch of residuals; if m > 0
   };
 
   void moveTo(size_t query);

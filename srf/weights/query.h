@@ -39,11 +39,8 @@ struct QueryBatch {
   std::vector<uint32_t> places, firstPlace;
   // If not empty, queries come in groups of four, the corners of a patch; firstPlace has an entry a group,
   // and each place is shaded with the mean of its corners' weights, weighted by its entry here, whose sum
-  // is 1. For kriging and tables, without environments. Tables are looked up at each place by its own
-  // directions to the viewer and to the lights (`lights` a place, in succession), which are empty without
-  // tables.
+  // is 1. For kriging and tables, without environments.
   std::vector<AtCorners<float>> cornerWeights;
-  std::vector<Direction3<AcquisitionSpace>> placesTowardsView, placesTowardsLight;
   std::vector<Direction3<AcquisitionSpace>> towardsView; // one per query; unit
   // `lights` per query, in succession: unit direction to the light, and irradiance of a surface facing it.
   std::vector<Direction3<AcquisitionSpace>> towardsLight;

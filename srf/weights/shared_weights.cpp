@@ -22,16 +22,12 @@ float distrust(const PredictedReflectance& prediction, float cosView, float whit
 
 } // namespace
 
-Rotation<SurfelSpace, AcquisitionSpace, float> SharedWeights::tablesFromAcquisition(uint32_t surfel) const {
-  const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
-  return Rotation<SurfelSpace, AcquisitionSpace, float>(
-      field_.shared->frameOf(surfel, frame).matrix().transpose());
-}
-
 void SharedWeights::moveTo(uint32_t surfel) {
   surfel_ = surfel;
   const reflectance::SharedReflectance& shared = *field_.shared;
-  surfelFromAcquisition_ = tablesFromAcquisition(surfel);
+  const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
+  surfelFromAcquisition_ =
+      Rotation<SurfelSpace, AcquisitionSpace, float>(shared.frameOf(surfel, frame).matrix().transpose());
   trust_ = 0;
   const reflectance::TableMixture& mixture = shared.mixtures[surfel];
   for (size_t m = 0; m < reflectance::kMixedTables; ++m)
@@ -45,15 +41,6 @@ float SharedWeights::shareOf(const Direction3<AcquisitionSpace>& towardsView,
                        ? *asked.reached
                        : static_cast<float>(terminatorFade(surfelFromAcquisition_(asked.towards).z()));
   return trust_ * lit * static_cast<float>(smoothStep(0, kGrazing, surfelFromAcquisition_(towardsView).z()));
-}
-
-Rgb SharedWeights::predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
-                             const Direction3<AcquisitionSpace>& towardsLight) const {
-  const auto inTables = tablesFromAcquisition(surfel);
-  const std::array view{inTables(towardsView)}, light{inTables(towardsLight)};
-  std::array<Rgb, 1> value;
-  predictReflectance(field_.shared->tables, field_.shared->mixtures[surfel], view, light, value);
-  return value[0];
 }
 
 PredictedRequest SharedWeights::ask(const Direction3<AcquisitionSpace>& towardsView,
@@ -89,7 +76,7 @@ SharedBlend SharedWeights::blendOf(const PredictedRequest& request, const Krigin
     return {request.gain * request.values[i], request.cosines[i]};
   };
   const size_t count = request.count;
-  SharedBlend blend{batch.weights(request.number), {}, request.values[count], {}};
+  SharedBlend blend{batch.weights(request.number), {}, request.values[count]};
   std::array<PredictedReflectance, kMaxBlended> predictions;
   std::array<float, kMaxBlended> factors;
   for (size_t i = 0; i < count; ++i) {
@@ -101,7 +88,7 @@ SharedBlend SharedWeights::blendOf(const PredictedRequest& request, const Krigin
   for (size_t i = 0; i < count; ++i) {
     blend.photographs[i].weight = factors[i];
     blend.predicted[i] = request.values[i];
-    blend.correction = blend.correction + -factors[i] * request.values[i];
+    blend.offset = blend.offset + -factors[i] * request.values[i];
   }
   return blend;
 }

@@ -52,10 +52,9 @@ struct LitPhotograph {
 // Answer of tables and photographs, without the factor m.
 struct SharedBlend {
   BlendSet photographs; // weight is f_i
-  // Predictions of these photographs, t_i, and of the request, t, all without the surfel's gain.
+  // Predictions of these photographs, and b, both without the surfel's gain.
   std::array<Rgb, kMaxBlended> predicted;
-  Rgb asked;
-  Rgb correction; // - sum_i f_i t_i: b without t
+  Rgb offset;
 };
 
 // A request whose photographs are not yet weighted: what the tables predict.
@@ -78,10 +77,6 @@ public:
   // m
   float shareOf(const Direction3<AcquisitionSpace>& towardsView, const RequestedLight& asked) const;
 
-  // t of any surfel, without its gain.
-  Rgb predicted(uint32_t surfel, const Direction3<AcquisitionSpace>& towardsView,
-                const Direction3<AcquisitionSpace>& towardsLight) const;
-
   // Begins a request in a batch, with the nearest photographs as its samples, at most kMaxBlended.
   PredictedRequest ask(const Direction3<AcquisitionSpace>& towardsView,
                        const Direction3<AcquisitionSpace>& towardsLight,
@@ -90,8 +85,6 @@ public:
   SharedBlend blendOf(const PredictedRequest& request, const KrigingBatch& batch) const;
 
 private:
-  Rotation<reflectance::SurfelSpace, AcquisitionSpace, float> tablesFromAcquisition(uint32_t surfel) const;
-
   const ReflectanceField& field_;
   uint32_t surfel_ = 0;
   float trust_ = 0; // sum of weight * trust over the mixture

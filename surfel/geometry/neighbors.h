@@ -28,7 +28,7 @@ public:
   // The k nearest, nearest first; fewer if there are fewer points. A point of the set finds itself first.
   std::vector<Neighbor> nearest(const Point3<AcquisitionSpace>& p, size_t k) const;
   // The k nearest, with weights that fall to 0 where another point comes to be among them, and sum to 1; all
-  // weights are equal if there are no more than k points, or if all k + 1 are at p.
+  // weights are equal if there are no more than k points, or if all k + 1 are equally far.
   struct Weighted {
     uint32_t index;
     float weight;

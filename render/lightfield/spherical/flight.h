@@ -26,8 +26,8 @@ namespace surflect::spherical {
 // of a level, so that nothing pops, or to the next level that fits where thirds below it cost too much: a
 // blend draws two levels, and a coarse level may cost more than a fine one. If a frame does not fit, the
 // finest coarser level that fits is taken at once, else one that is finer and fits. If none fits, levels that
-// have never been drawn are tried, then levels of coarser mip levels, and at last what is predicted to take
-// least is kept. Finer mip levels are taken again as soon as a level fits with them.
+// have never been drawn are tried, then images are read at coarser mip levels, and at last what is predicted
+// to take least is kept. Finer mip levels are taken again as soon as a level fits with them.
 //
 // The prediction of a level that was never drawn is a guess from those beside it: upwards, it is tried up to
 // twice the budget. Hysteresis: a step upwards needs headroom, and some frames since the last step downwards.

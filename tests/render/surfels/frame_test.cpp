@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -185,6 +187,67 @@ TEST_F(FrameOfSphere, PatchesShowTheFullFrameUpToTheirSize) {
   for (const auto& [most, leastDb] : {std::pair<size_t, double>{2, 52}, {8, 46}, {32, 39}})
     EXPECT_GT(evaluation::compare(full, pictureWith(most), 1 / 3.0).psnrLinear(), leastDb) << most;
   EXPECT_EQ(pictureWith(1).values, full.values);
+}
+
+// A glossy sphere whose patches have many surfels, so that weights are blended over their corners.
+class FrameOfDenseSphere : public ::testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    packed = std::make_unique<PackedStudio>(Studio{.cameras = 14, .lights = 9, .gloss = 0.3f}, 40'000);
+  }
+  static void TearDownTestSuite() { packed.reset(); }
+
+  static inline std::unique_ptr<PackedStudio> packed;
+  const model::Model& model() { return packed->model; }
+  capture::Camera<ObjectSpace> camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3}, 2 * pictureSize);
+  std::unique_ptr<const warp::Warp> warp = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(40), {0, 0, 0});
+  std::vector<scene::ShotLight> lights{pointLight({3, 2, 1}, {20, 16, 12}),
+                                       scene::ShotDirectionalLight{{0.6, 0, 0.8}, {1, 2, 3}}};
+  FrameOptions options = [] {
+    FrameOptions own;
+    own.shade.interpolation = weights::Interpolation::kriging;
+    return own;
+  }();
+};
+
+TEST_F(FrameOfDenseSphere, BlendedCornersShowTheFullFrame) {
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  const auto pictureWith = [&](std::optional<size_t> perQuery) {
+    options.surfelsPerQuery = perQuery;
+    return renderFrame(model(), {*warp, camera, lights}, options, workspace).color;
+  };
+  const image::Image full = pictureWith(1);
+  const size_t surfels = workspace.stats.queries;
+  for (const auto& [perQuery, leastDb] :
+       {std::pair<std::optional<size_t>, double>{2, 55}, {std::nullopt, 50}, {16, 40}}) {
+    EXPECT_GT(evaluation::compare(full, pictureWith(perQuery), 1 / 3.0).psnrLinear(), leastDb)
+        << perQuery.value_or(0);
+    EXPECT_LT(workspace.stats.queries, surfels);
+  }
+}
+
+TEST_F(FrameOfDenseSphere, BlendedCornersHaveTheSameBitsForAnyThreadsAndPieces) {
+  options.aovs = {"camera_blend", "light_blend"};
+  for (const double surfelSize : {0.0, 1.5}) {
+    options.surfelSize = surfelSize;
+    options.shade.targetsAtOnce = weights::kTargetsAtOnce;
+    const FrameLayers expected = filmOf(model(), *warp, camera, lights, options);
+    for (const int threads : {1, 2})
+      for (const size_t targets : {size_t{33}, size_t{700}})
+        tbb::task_arena(threads).execute([&] {
+          options.shade.targetsAtOnce = targets;
+          const FrameLayers film = filmOf(model(), *warp, camera, lights, options);
+          EXPECT_EQ(film.color.values, expected.color.values);
+          for (const auto& [name, image] : expected.aovs)
+            EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
+        });
+  }
+}
+
+TEST_F(FrameOfDenseSphere, PredictingErrorsLeavesBlendedCornersAsTheyAre) {
+  const FrameLayers plain = filmOf(model(), *warp, camera, lights, options);
+  options.aovs = {"predicted_error"};
+  EXPECT_EQ(filmOf(model(), *warp, camera, lights, options).color.values, plain.color.values);
 }
 
 // Earlier frames: a larger picture, another warp, a frame with nothing visible, and an interrupted one.

@@ -66,8 +66,6 @@ weights::QueryBatch randomGroups(const model::Model& model, size_t groups, std::
   weights::QueryBatch batch = randomBatch(model, 4 * groups, 2, random);
   const weights::QueryBatch places = randomBatch(model, 3 * groups, 2, random);
   batch.places = places.surfels;
-  batch.placesTowardsView = places.towardsView;
-  batch.placesTowardsLight = places.towardsLight;
   for (uint32_t group = 0; group <= groups; ++group) batch.firstPlace.push_back(3 * group);
   for (size_t place = 0; place < batch.places.size(); ++place) {
     weights::AtCorners<float> own;
@@ -96,6 +94,7 @@ weights::QueryBatch cornerOf(const weights::QueryBatch& batch, size_t query, uin
 
 TEST_F(ShadeTables, UnderKrigingAPlaceIsTheMeanOfWhatItsCornersSay) {
   model.interpolation.kind = weights::Interpolation::kriging;
+  std::ranges::fill(model.visibility.values, uint8_t{255}); // each place is seen by its corners' views
   codec::BlockCache cache(model.files, everything);
   ShadingStats stats;
   const weights::QueryBatch batch = randomGroups(model, 40, random);
@@ -112,6 +111,32 @@ TEST_F(ShadeTables, UnderKrigingAPlaceIsTheMeanOfWhatItsCornersSay) {
   }
 }
 
+// Something else may hide a place in a view that sees its corners.
+TEST_F(ShadeTables, APlaceIsNotLookedUpWhereItIsHiddenIfAnotherViewShowsIt) {
+  model.interpolation.kind = weights::Interpolation::kriging;
+  const weights::QueryBatch batch = randomGroups(model, 40, random);
+  for (const uint32_t place : batch.places)
+    for (size_t view = 0; view < model.rig.views.size(); view += 2)
+      model.visibility.values[place * model.rig.views.size() + view] = 0;
+  const ShadingPlan plan = planShading(model, batch, {});
+  std::vector<size_t> seen(plan.targets()), hidden(plan.targets());
+  std::vector<double> sums(plan.targets());
+  for (const ShadingOp& op : plan.ops) {
+    const bool isSeen = model.visibility.of(batch.places[op.target / plan.targetsPerPlace])[op.view] > 0;
+    ++(isSeen ? seen : hidden)[op.target];
+    sums[op.target] += op.weight;
+  }
+  size_t bothCounted = 0, chosen = 0;
+  for (size_t target = 0; target < plan.targets(); ++target) {
+    bothCounted += seen[target] > 0 && hidden[target] > 0;
+    chosen += seen[target] > 0;
+    if (plan.ops.empty() || seen[target] + hidden[target] == 0) continue;
+    EXPECT_NEAR(sums[target], 1, 1e-4);
+  }
+  EXPECT_EQ(bothCounted, 0u);
+  EXPECT_GT(chosen, plan.targets() / 4);
+}
+
 // A surfel that is its own corner, whatever the other corners are.
 TEST_F(ShadeTables, ACornerOfAPatchIsAnsweredAsWithoutOne) {
   giveTables(model, random);
@@ -121,8 +146,6 @@ TEST_F(ShadeTables, ACornerOfAPatchIsAnsweredAsWithoutOne) {
   weights::QueryBatch batch = randomBatch(model, 120, 2, random);
   const std::vector<Rgb> wanted = shade(model, batch, {}, cache, stats).radiance;
   batch.places = batch.surfels;
-  batch.placesTowardsView = batch.towardsView;
-  batch.placesTowardsLight = batch.towardsLight;
   for (uint32_t place = 0; place <= batch.size(); place += 4) batch.firstPlace.push_back(place);
   for (size_t place = 0; place < batch.size(); ++place) {
     batch.cornerWeights.push_back({});

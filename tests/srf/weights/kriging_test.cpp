@@ -1,5 +1,6 @@
 #include "srf/weights/kriging.h"
 
+#include "surfel/math/simd.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -69,6 +70,40 @@ TEST(SimpleKriging, TheSumOfWeightsFallsWithTheDistance) {
     EXPECT_NEAR(weight, matern52(distance * distance), 1e-6);
     EXPECT_LT(weight, before);
     before = weight;
+  }
+}
+
+// Neighbours in the lanes, earlier requests, and the instruction set change no bit.
+TEST(KrigingBatch, HasTheBitsOfSingleRequests) {
+  std::mt19937 random(12);
+  KrigingBatch batch;
+  for (int round = 0; round < 3; ++round) {
+    std::vector<std::vector<KrigingSample>> samples;
+    std::vector<PairPlace> asked;
+    batch.clear();
+    for (size_t request = 0; request < 21; ++request) {
+      samples.push_back(
+          randomSamples((7 * request + 5 * static_cast<size_t>(round)) % (kMaxBlended + 1), random));
+      asked.push_back(randomPlace(random));
+      EXPECT_EQ(batch.ask(asked.back()), request);
+      for (const KrigingSample& sample : samples.back()) batch.add(sample);
+    }
+    for (const Simd simd : supportedSimd())
+      for (const bool isSimple : {false, true}) {
+        useSimd(simd);
+        isSimple ? batch.solveSimple() : batch.solve();
+        useSimd(supportedSimd().back());
+        for (size_t request = 0; request < samples.size(); ++request) {
+          const BlendSet got = isSimple ? batch.weights(request) : batch.positiveWeights(request);
+          const BlendSet wanted = isSimple ? simpleKrigingWeights(samples[request], asked[request])
+                                           : krigingWeights(samples[request], asked[request]);
+          ASSERT_EQ(got.size(), wanted.size());
+          for (size_t i = 0; i < got.size(); ++i) {
+            EXPECT_EQ(got[i].index, wanted[i].index);
+            EXPECT_EQ(got[i].weight, wanted[i].weight);
+          }
+        }
+      }
   }
 }
 

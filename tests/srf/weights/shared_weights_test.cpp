@@ -53,7 +53,7 @@ protected:
 
   // L / E_q for the reflectance of the photographs.
   Rgb answerOf(const SharedBlend& blend, std::span<const Rgb> measured) const {
-    Rgb sum = field.shared->gains[0] * (blend.asked + blend.correction);
+    Rgb sum = field.shared->gains[0] * blend.offset;
     for (const auto& [index, factor] : blend.photographs) sum = sum + factor * measured[index];
     return sum;
   }
@@ -74,7 +74,7 @@ protected:
 
   // By the tables alone.
   Rgb predicted(const Direction3<AcquisitionSpace>& view, const Direction3<AcquisitionSpace>& light) const {
-    return field.shared->gains[0] * blend(view, light, {}).asked;
+    return field.shared->gains[0] * blend(view, light, {}).offset;
   }
 
   std::mt19937 random{1};
