@@ -143,8 +143,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   const DeformedCloud& tangents = options.tangents == Tangents::polar ? deformed : ofOptions;
   const std::span<const uint32_t> visible = raster.visible;
   // The shadow states of all visible surfels are held at a time where corners are blended.
-  const bool blendsCorners =
-      mayBlend && perQuery > 1 && visible.size() * stats.pairLights <= kMostStates;
+  const bool blendsCorners = mayBlend && perQuery > 1 && visible.size() * stats.pairLights <= kMostStates;
   const bool sharesWeights = mayBlend ? blendsCorners : perQuery > 1;
   Patches ofCut;
   if (isCut && sharesWeights) ofCut = patchesIn(cut, patches);

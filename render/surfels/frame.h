@@ -76,8 +76,8 @@ struct FrameOptions {
   // Pixels between neighbouring surfels; see Cut. 0: all surfels are drawn.
   double surfelSize = 0;
   // One query of weights is made for about so many surfels: those of a patch share the weights of its middle.
-  // Under kriging and tables, of opaque objects and without environments, the surfels of a patch four times as
-  // large blend the weights of its four corners (patch_corners.h). Default: surfelsPerCorner, else 1.
+  // Under kriging and tables, of opaque objects and without environments, the surfels of a patch four times
+  // as large blend the weights of its four corners (patch_corners.h). Default: surfelsPerCorner, else 1.
   std::optional<size_t> surfelsPerQuery = {};
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;

@@ -324,8 +324,8 @@ void PairWeights::setLight(size_t l) {
 PairWeights::Blend PairWeights::blend() {
   const LightExtrapolation extrapolation = batch_.extrapolationOf(light_);
   if (!isKriged_) return blendTowards(asked_.towards, extrapolation);
-  Blend blend =
-      finished(pairBatch_.positiveWeights(prepared().request.value()), prepared().lightPenalty, extrapolation);
+  Blend blend = finished(pairBatch_.positiveWeights(prepared().request.value()), prepared().lightPenalty,
+                         extrapolation);
   if (foreshortened_) blend.scale *= foreshorteningOf(blend.weights, asked_);
   if (asked_.reached && !blend.weights.empty())
     blend.lacksState = shareOfState(blend.weights, *asked_.reached) < 0.5f;

@@ -111,8 +111,7 @@ std::vector<NeighborIndex::Weighted> NeighborIndex::blended(const Point3<Acquisi
     all.push_back({index, end > 0 ? std::max(0.f, 1 - distance / end) : 1});
     sum += all.back().weight;
   }
-  for (Weighted& each : all)
-    each.weight = sum > 0 ? each.weight / sum : 1 / static_cast<float>(all.size());
+  for (Weighted& each : all) each.weight = sum > 0 ? each.weight / sum : 1 / static_cast<float>(all.size());
   return all;
 }
 
