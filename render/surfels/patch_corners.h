@@ -21,9 +21,9 @@ namespace surflect::surfels {
 
 // Groups of neighbouring visible surfels, in the order of their list. Indices are those of the list.
 struct PatchCorners {
-  std::vector<uint32_t> corners;                  // four of each group, some perhaps the same
+  std::vector<uint32_t> corners;                  // four of each group; small groups repeat one
   std::vector<uint32_t> firstPlace;               // of each group, then the length of the list
-  std::vector<weights::AtCorners<float>> weights; // b of each visible surfel
+  std::vector<weights::AtCorners<float>> weights; // of the corners, at each visible surfel
 
   // The surfels that are corners.
   std::vector<uint32_t> surfels(std::span<const uint32_t> visible) const;

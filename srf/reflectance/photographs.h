@@ -17,7 +17,8 @@ namespace surflect::reflectance {
 struct Photographs {
   std::span<const uint32_t> first;                                    // #surfels + 1
   std::span<const Direction3<SurfelSpace>> towardsView, towardsLight; // unit, in the surfel's frame
-  // The same directions as tables have them, in a frame that may be tilted and turned (tilts.h, fibres.h).
+  // Coordinates of both directions in the frame of the tables, which is tilted and turned (tilts.h,
+  // fibres.h).
   std::span<const HalfDifference<>> directions;
   std::span<const float> links;     // tableLink
   std::span<const Rgb> reflectance; // radiance over the irradiance of a surface facing the light

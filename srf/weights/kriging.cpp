@@ -177,18 +177,25 @@ BlendSet KrigingBatch::positiveWeights(size_t request) const {
   return positive;
 }
 
-BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked) {
+namespace {
+
+KrigingBatch batchOf(std::span<const KrigingSample> samples, const PairPlace& asked) {
   KrigingBatch batch;
   batch.ask(asked);
   for (const KrigingSample& sample : samples) batch.add(sample);
+  return batch;
+}
+
+} // namespace
+
+BlendSet krigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked) {
+  KrigingBatch batch = batchOf(samples, asked);
   batch.solve();
   return batch.positiveWeights(0);
 }
 
 BlendSet simpleKrigingWeights(std::span<const KrigingSample> samples, const PairPlace& asked) {
-  KrigingBatch batch;
-  batch.ask(asked);
-  for (const KrigingSample& sample : samples) batch.add(sample);
+  KrigingBatch batch = batchOf(samples, asked);
   batch.solveSimple();
   return batch.weights(0);
 }

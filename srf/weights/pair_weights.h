@@ -157,7 +157,7 @@ public:
   }
 
 private:
-  // Kriging of a light of a prepared query.
+  // What a light of a prepared query asks of kriging and tables.
   struct Prepared {
     float lightPenalty = kInfinity;
     std::optional<size_t> request; // in the batch of pairs; none where tables answer with a share of 1
@@ -187,7 +187,7 @@ private:
   CameraWeights views_;
   std::optional<KrigingWeights> kriging_; // if it answers directional and point lights, or finds photographs
   std::optional<SharedWeights> shared_;   // if tables answer with it
-  // Of the prepared queries.
+  // Results for the prepared queries.
   std::array<BestView, kQueryLanes> bestViews_;
   std::vector<Prepared> prepared_; // light by light, query by query
   KrigingBatch pairBatch_, residuals_;

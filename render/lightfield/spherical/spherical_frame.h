@@ -76,7 +76,7 @@ private:
   gl::Texture colors_, heights_;
   gl::Program program_, surfaceProgram_;
   std::optional<Surface> surface_; // empty if it has no triangles
-  // Of the picture that was begun:
+  // State of the picture that was begun.
   bool showsSurface_ = false;
   std::vector<LevelShare> shares_;
   std::optional<Target> target_;
