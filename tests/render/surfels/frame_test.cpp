@@ -219,7 +219,7 @@ TEST_F(FrameOfDenseSphere, BlendedCornersShowTheFullFrame) {
   const image::Image full = pictureWith(1);
   const size_t surfels = workspace.stats.queries;
   for (const auto& [perQuery, leastDb] :
-       {std::pair<std::optional<size_t>, double>{2, 55}, {std::nullopt, 50}, {16, 40}}) {
+       {std::pair<std::optional<size_t>, double>{2, 68}, {std::nullopt, 64}, {16, 64}}) {
     EXPECT_GT(evaluation::compare(full, pictureWith(perQuery), 1 / 3.0).psnrLinear(), leastDb)
         << perQuery.value_or(0);
     EXPECT_LT(workspace.stats.queries, surfels);

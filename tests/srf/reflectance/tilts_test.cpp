@@ -92,8 +92,8 @@ TEST(Tilts, OfOtherSurfelsAreTheSameInSpace) {
   const std::vector<Tilt> got = tiltsNear(from.places, from.frames, tilts, at.places, at.frames);
   for (size_t s = 0; s < got.size(); ++s) {
     const Tilt wanted = upwards(at.frames[s]);
-    EXPECT_NEAR(got[s].u, wanted.u, 0.03);
-    EXPECT_NEAR(got[s].v, wanted.v, 0.03);
+    EXPECT_NEAR(got[s].u, wanted.u, 0.015);
+    EXPECT_NEAR(got[s].v, wanted.v, 0.015);
   }
 }
 
