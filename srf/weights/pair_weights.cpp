@@ -74,6 +74,13 @@ void KrigingWeights::setAllViews(const BestView& best) {
   }
 }
 
+void KrigingWeights::setExchangedConfidences() {
+  exchangedConfidences_.clear();
+  if (!reciprocal_ || asked_.state() <= 0) return;
+  for (uint32_t light = 0; light < field_.rig.lights.size(); ++light)
+    exchangedConfidences_.push_back(exchangedConfidence(rig_, light, asked_.reached));
+}
+
 KrigingScales KrigingWeights::scalesOf(const RequestedLight& asked) const {
   if (asked.state() <= 0) return shadowScales_;
   return asked.state() >= 1 ? litScales_ : scalesFor(field_.interpolation.halfScale, asked.state());
@@ -205,24 +212,36 @@ size_t KrigingWeights::askAllPairs(KrigingBatch& batch) const {
   const float share = shareOfAll_;
   const KrigingScales scales = scalesOf(asked);
   const auto count = static_cast<uint32_t>(pairs_.size());
-  const auto candidateAt = [&](uint32_t index) -> Candidate { // exchanged from `count` on
-    const auto& [view, column, light] = pairs_[index % count];
-    const auto towards = rig_.lights().towards(light);
-    const bool isExchanged = index >= count;
-    const float confidence = isExchanged ? rig_.seenBy(view) * exchangedConfidence(rig_, light, asked.reached)
-                                         : confidences_[view];
-    return {index % count,
-            isExchanged
-                ? pairPlace(towardsViews_[view], towards, 1, scales)
-                : pairPlace(towards, towardsViews_[view], asked.reached ? rig_.reachedBy(light) : 1, scales),
-            std::max(nearConfidences_[index], share * confidence), isExchanged ? kReciprocalNugget : 0};
+  // Exchanged pairs have indices from `count` on.
+  const auto confidenceIn = [&](uint32_t index, const CapturedPairs::Pair& pair) {
+    const float confidence =
+        index < count ? confidences_[pair.view] : rig_.seenBy(pair.view) * exchangedConfidences_[pair.light];
+    return std::max(nearConfidences_[index], share * confidence);
+  };
+  const auto placeOf = [&](uint32_t index, const CapturedPairs::Pair& pair) {
+    const auto &towardsLight = rig_.lights().towards(pair.light), &towardsView = towardsViews_[pair.view];
+    return index < count
+               ? pairPlace(towardsLight, towardsView, asked.reached ? rig_.reachedBy(pair.light) : 1, scales)
+               : pairPlace(towardsView, towardsLight, 1, scales);
   };
   const PairPlace requested = pairPlace(asked.towards, batch_.towardsView[query_], asked.state(), scales);
   NearestCandidates nearest(count_);
-  for (uint32_t index = 0; index < (reciprocal_ && asked.state() > 0 ? 2 : 1) * count; ++index) {
-    const Candidate candidate = candidateAt(index);
-    nearest.offer({index, krigingPenalty(candidate.place, requested) / candidate.confidence});
-  }
+  const auto offerFrom = [&](uint32_t begin) {
+    for (uint32_t number = 0; number < count; ++number) {
+      const CapturedPairs::Pair& pair = pairs_[number];
+      const uint32_t index = begin + number;
+      const float confidence = confidenceIn(index, pair);
+      if (confidence > 0)
+        nearest.offer({index, krigingPenalty(placeOf(index, pair), requested) / confidence});
+    }
+  };
+  offerFrom(0);
+  if (reciprocal_ && asked.state() > 0) offerFrom(count);
+  const auto candidateAt = [&](uint32_t index) -> Candidate {
+    const uint32_t number = index % count;
+    const CapturedPairs::Pair& pair = pairs_[number];
+    return {number, placeOf(index, pair), confidenceIn(index, pair), index < count ? 0 : kReciprocalNugget};
+  };
   const size_t request = batch.ask(requested);
   forEachSample(nearest, candidateAt, [&](const KrigingSample& sample) { batch.add(sample); });
   return request;
@@ -238,7 +257,10 @@ float KrigingWeights::setLight(size_t l, const RequestedLight& asked) {
   shareOfAll_ = isSparse_ ? 1 : 0;
   if (lights.sorted().empty()) return kInfinity;
   const float lightPenalty = lights.sorted()[0].penalty;
-  if (isSparse_) return lightPenalty;
+  if (isSparse_) {
+    setExchangedConfidences();
+    return lightPenalty;
+  }
   forEachNear(lights, [&](uint32_t light, float, float nearness) {
     near_.lights.add(light, rig_.lights().towards(light), nearness,
                      asked.reached ? rig_.reachedBy(light) : 1);
@@ -248,6 +270,7 @@ float KrigingWeights::setLight(size_t l, const RequestedLight& asked) {
   shareOfAll_ = shareOfAllPairs();
   if (shareOfAll_ <= 0) return lightPenalty;
   setAllViews(views_.computePenalties(query_));
+  setExchangedConfidences();
   std::ranges::fill(nearConfidences_, 0.f);
   noteNearConfidences(near_);
   noteNearConfidences(exchanged_);

@@ -70,6 +70,7 @@ private:
   float confidenceIn(uint32_t view, const Direction3<AcquisitionSpace>& towards, float penalty,
                      const BestView& best) const;
   void setAllViews(const BestView& best);
+  void setExchangedConfidences();
   float shareOfAllPairs() const; // g
   void noteNearConfidences(const NearPairs& pairs);
   void leaveOutMissing(const NearPairs& pairs, float* penalties) const;
@@ -105,6 +106,7 @@ private:
   NearPairs near_, exchanged_;
   std::vector<Direction3<AcquisitionSpace>> towardsViews_; // all, where all pairs are considered
   std::vector<float> confidences_;                         // in these views
+  std::vector<float> exchangedConfidences_;                // in lights as viewers of exchanged pairs
   std::vector<float> nearConfidences_; // c_ij of photographed near pairs, else 0; by number, then exchanged
   float shareOfAll_ = 0;               // g of the light; 1 in a capture with wide gaps
   std::array<LitPhotograph, kMaxBlended> litPhotographs_;

@@ -16,7 +16,7 @@ using studio::Studio;
 constexpr float kGloss = 0.3f;
 constexpr size_t kSurfels = 1200;
 
-const PackedStudio& glossy() {
+const PackedStudio& glossyStudio() {
   static const PackedStudio packed({.cameras = 20, .lights = 12, .gloss = kGloss}, kSurfels);
   return packed;
 }
@@ -77,7 +77,7 @@ Measured answersOf(model::Model model) {
 }
 
 Measured normalsOff(double degrees) {
-  model::Model model = model::openModel(glossy().model.folder);
+  model::Model model = model::openModel(glossyStudio().model.folder);
   tiltNormals(model.cloud, degrees);
   return answersOf(std::move(model));
 }

@@ -12,12 +12,13 @@ using Box = Eigen::AlignedBox3d;
 
 bool isPossible(std::span<const SilhouetteView> silhouetteViews, size_t quorum, const Ball& ball,
                 bool dissent) {
-  size_t against = 0, mayAgree = 0;
+  const size_t mostAgainst = dissent ? allowedDissent(silhouetteViews.size()) : 0;
+  size_t against = 0, mayAgree = 0, left = silhouetteViews.size();
   for (const SilhouetteView& silhouetteView : silhouetteViews) {
     const BallVote vote = voteOn(silhouetteView, ball);
-    if (vote.outside && !dissent) return false;
     against += vote.outside;
     mayAgree += vote.mayAgree;
+    if (against > mostAgainst || mayAgree + --left < quorum) return false; // whatever the others say
   }
   return mayAgree >= quorum && against <= allowedDissent(mayAgree + against);
 }

@@ -155,7 +155,8 @@ double Outline::signedDistance(capture::Pixel pixel) const {
   const double beyondX = pixel.x - std::clamp(pixel.x, 0.0, static_cast<double>(width())),
                beyondY = pixel.y - std::clamp(pixel.y, 0.0, static_cast<double>(height()));
   return (1 - fy) * ((1 - fx) * value(x0, y0) + fx * value(x1, y0)) +
-         fy * ((1 - fx) * value(x0, y1) + fx * value(x1, y1)) - std::hypot(beyondX, beyondY);
+         fy * ((1 - fx) * value(x0, y1) + fx * value(x1, y1)) -
+         (beyondX == 0 && beyondY == 0 ? 0 : std::hypot(beyondX, beyondY)); // most pixels are in the image
 }
 
 namespace {
@@ -188,29 +189,36 @@ std::optional<double> coneDistance(const SilhouetteView& silhouetteView,
   return silhouetteView.outline.signedDistance(*pixel) * footprintAt(silhouetteView.camera.lens, local);
 }
 
-double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball) {
-  const capture::Lens& lens = camera.lens;
+namespace {
+
+// projectedRadius of a ball around a point of the camera.
+double projectedRadius(const capture::Lens& lens, const Point3<CameraSpace, double>& center, double radius) {
   const double focal = std::max(lens.focalX, lens.focalY);
-  if (lens.model == capture::Lens::Model::orthographic) return focal * ball.radius;
-  const auto local = camera.cameraFromWorld(ball.center);
-  const double depth = -local.z();
-  if (!(depth > ball.radius)) return std::numeric_limits<double>::infinity();
-  const Vec2<double> x(local.x() / depth, -local.y() / depth);
+  if (lens.model == capture::Lens::Model::orthographic) return focal * radius;
+  const double depth = -center.z();
+  if (!(depth > radius)) return std::numeric_limits<double>::infinity();
+  const Vec2<double> x(center.x() / depth, -center.y() / depth);
   const double stretch = lens.distorts() ? capture::distortionJacobian(lens, x).norm() : 1;
-  return stretch * focal * ball.radius * std::sqrt(1 + x.squaredNorm()) / (depth - ball.radius);
+  return stretch * focal * radius * std::sqrt(1 + x.squaredNorm()) / (depth - radius);
+}
+
+} // namespace
+
+double projectedRadius(const capture::Camera<AcquisitionSpace>& camera, const Ball& ball) {
+  return projectedRadius(camera.lens, camera.cameraFromWorld(ball.center), ball.radius);
 }
 
 BallVote voteOn(const SilhouetteView& silhouetteView, const Ball& ball) {
   constexpr double kSlack = 1; // pixels
-  const auto& camera = silhouetteView.camera;
-  const bool isCropped = silhouetteView.outline.isCropped(),
-             isPinhole = camera.lens.model == capture::Lens::Model::pinhole;
-  if (isPinhole && camera.cameraFromWorld(ball.center).z() >= ball.radius)
+  const capture::Lens& lens = silhouetteView.camera.lens;
+  const auto center = silhouetteView.camera.cameraFromWorld(ball.center);
+  const bool isCropped = silhouetteView.outline.isCropped();
+  if (lens.model == capture::Lens::Model::pinhole && center.z() >= ball.radius)
     return {.votes = !isCropped, .inside = isCropped, .outside = !isCropped};
-  const double reach = projectedRadius(camera, ball) + kSlack;
-  const auto pixel = camera.project(ball.center);
+  const double reach = projectedRadius(lens, center, ball.radius) + kSlack;
+  const auto pixel = capture::project(lens, center);
   if (!pixel || !std::isfinite(reach)) return {.votes = !isCropped, .mayAgree = true};
-  const double border = borderDistance(camera.lens, *pixel);
+  const double border = borderDistance(lens, *pixel);
   const double distance = silhouetteView.outline.signedDistance(*pixel);
   const double change =
       (border < reach ? 2 : 1) * reach; // outside of the image the distance changes twice as fast

@@ -269,7 +269,7 @@ TEST(LightGradients, ARoughSurfaceMakesEvenLightsLookUneven) {
 }
 
 TEST(LightGradients, SameBitsForAnyThreads) {
-  Relief relief{.unevenness = 0.4};
+  Relief relief{.width = 50, .size = 40, .unevenness = 0.4}; // pixels of three chunks
   relief.photograph();
   const auto found = [&](int threads) {
     std::vector<StrengthGradient> gradients;

@@ -106,7 +106,7 @@ const std::vector<std::string> files = {"manifest.json",   "transforms.json", "s
                                         "views/0000.srfb", "views/0001.srfb"};
 
 TEST(ModelDamage, EveryTruncationIsRefusedOrHarmless) {
-  const PackedStudio packed(tinyStudio(), 40);
+  const PackedStudio packed(tinyStudio(), 12);
   const Seen whole = look(packed.model.folder);
   Tally tally;
   size_t cases = 0;
@@ -123,7 +123,7 @@ TEST(ModelDamage, EveryTruncationIsRefusedOrHarmless) {
 }
 
 TEST(ModelDamage, EveryFlippedBitIsRefusedOrHarmless) {
-  const PackedStudio packed(tinyStudio(), 40);
+  const PackedStudio packed(tinyStudio(), 12);
   const Seen whole = look(packed.model.folder);
   for (const std::string& name : files) {
     const size_t bits = 8 * std::filesystem::file_size(packed.model.folder / name);

@@ -2,7 +2,7 @@
 
 #include "srf/proxy/relief/photometric.h"
 #include "srf/weights/irradiance_ratio.h"
-#include "tests/support/synthetic_capture.h"
+#include "tests/srf/shading/queries.h"
 
 #include <gtest/gtest.h>
 
@@ -244,11 +244,9 @@ TEST(InterpolationSelection, AMatteSphereKeepsSeparateWeights) {
   EXPECT_GT(leftOut->separateDb, 30);
 }
 
-// Four thousand surfels have seen the highlight of a sphere under all angles.
+// Many surfels have seen the highlight of a sphere under all angles.
 TEST(InterpolationSelection, HighlightsOfOneKindOfSurfaceAreAnsweredByTables) {
-  PackOptions options = packOptions(3000);
-  options.tables = true;
-  const PackedStudio packed(Studio{.cameras = 30, .gloss = 1}, options);
+  const PackedStudio& packed = tableStudio();
   const auto& [choice, foreshortened, trust, leftOut] = packed.report.interpolation;
   EXPECT_EQ(choice.kind, weights::Interpolation::shared);
   EXPECT_EQ(packed.model.interpolation, choice);

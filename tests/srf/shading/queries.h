@@ -108,14 +108,15 @@ inline Studio nearlyFullStudio() {
 
 inline Studio fullStudio() { return {}; }
 
-// Queries to a studio that is packed once per suite; each test opens the model anew.
+// Queries to a studio that is packed once for all suites; each test opens the model anew.
 template <Studio (*photographed)(), size_t surfels, unsigned seed> class Queries : public ::testing::Test {
 protected:
-  static void SetUpTestSuite() { packed = std::make_unique<PackedStudio>(photographed(), surfels); }
-  static void TearDownTestSuite() { packed.reset(); }
+  static const PackedStudio& packed() {
+    static const PackedStudio once(photographed(), surfels);
+    return once;
+  }
 
-  static inline std::unique_ptr<PackedStudio> packed;
-  model::Model model = model::openModel(packed->model.folder);
+  model::Model model = model::openModel(packed().model.folder);
   std::mt19937 random{seed};
 };
 
@@ -167,18 +168,19 @@ inline void giveTables(model::Model& model, std::mt19937& random) {
   model.interpolation.kind = weights::Interpolation::shared;
 }
 
-// A glossy studio packed with tables, once per suite.
-class TableQueries : public ::testing::Test {
-protected:
-  static void SetUpTestSuite() {
+// A glossy studio packed with tables, once for all suites.
+inline const PackedStudio& tableStudio() {
+  static const PackedStudio once = [] {
     model::PackOptions options = packOptions(1500);
     options.tables = true;
-    packed = std::make_unique<PackedStudio>(Studio{.cameras = 20, .lights = 12, .gloss = 1}, options);
-  }
-  static void TearDownTestSuite() { packed.reset(); }
+    return PackedStudio(Studio{.cameras = 20, .lights = 12, .gloss = 1}, options);
+  }();
+  return once;
+}
 
-  static inline std::unique_ptr<PackedStudio> packed;
-  model::Model model = model::openModel(packed->model.folder);
+class TableQueries : public ::testing::Test {
+protected:
+  model::Model model = model::openModel(tableStudio().model.folder);
   std::mt19937 random{4};
 };
 
