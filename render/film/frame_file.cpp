@@ -12,9 +12,11 @@ namespace surflect::film {
 
 namespace {
 
+bool isPlace(const std::string& layer) { return layer == "position" || layer == "rest"; }
+
 image::ChannelSet channelNames(const std::string& layer, int channels) {
   if (layer == "depth") return {"depth.Z"};
-  if (layer == "normal") return {"normal.X", "normal.Y", "normal.Z"};
+  if (layer == "normal" || isPlace(layer)) return {layer + ".X", layer + ".Y", layer + ".Z"};
   if (channels == 1) return {layer + ".V"};
   return {layer + ".R", layer + ".G", layer + ".B"};
 }
@@ -27,7 +29,7 @@ std::string frameBytes(const method::FrameLayers& film, const std::map<std::stri
       {{"R", "G", "B", "A"}, &film.color, image::Precision::half, nullptr, 0}};
   for (const auto& [name, image] : film.aovs)
     layers.push_back({channelNames(name, image.channels), &image,
-                      name == "depth" ? image::Precision::single : image::Precision::half});
+                      name == "depth" || isPlace(name) ? image::Precision::single : image::Precision::half});
   return image::exrBytes(layers, attributes, progress);
 }
 

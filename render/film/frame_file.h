@@ -10,9 +10,10 @@
 
 namespace surflect::film {
 
-// Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, camera_blend.R ...,
-// stretch.V. Colours are half floats, depth is single. Negative colours, which compression noise and the
-// blending of lights can cause, become 0. The attributes are written to the header.
+// Color and AOVs as layers of one EXR: R G B A, depth.Z, normal.X normal.Y normal.Z, position.X ..., rest.X
+// ..., camera_blend.R ..., stretch.V. Depth, position and rest are single floats, all others half. Negative
+// colours, which compression noise and the blending of lights can cause, become 0. The attributes are written
+// to the header.
 std::string frameBytes(const method::FrameLayers& film, const std::map<std::string, std::string>& attributes,
                        const Progress& progress = {});
 void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,

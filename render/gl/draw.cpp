@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cstdint>
 #include <cstdlib>
+#include <utility>
 
 namespace surflect::gl {
 
@@ -94,6 +95,56 @@ void draw(const Pass& pass, const VertexArray& mesh, const Range& part, Primitiv
     glDrawElements(mode, count, GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset));
   } else {
     glDrawArrays(mode, static_cast<GLint>(part.first), count);
+  }
+}
+
+SteppedDraws::SteppedDraws(double& step, const Progress& progress)
+    : step_(step), progress_(progress),
+      drawn_(nullptr, [](void* fence) { glDeleteSync(static_cast<GLsync>(fence)); }) {}
+
+size_t SteppedDraws::room(double work) const {
+  const double count = (step_ - queued_) / work;
+  return count < 1 ? 1 : static_cast<size_t>(std::min(count, 1e12));
+}
+
+void SteppedDraws::add(double work) {
+  constexpr double kSeconds = 0.01; // of a step
+  queued_ += work;
+  if (queued_ < step_) return;
+  const auto before =
+      std::exchange(drawn_, {glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0), drawn_.get_deleter()});
+  glFlush();
+  if (before) {
+    glClientWaitSync(static_cast<GLsync>(before.get()), 0, GL_TIMEOUT_IGNORED);
+    step_ = std::clamp(before_ * kSeconds / watch_.seconds(), step_ / 8, 1.5 * step_);
+  }
+  before_ = std::exchange(queued_, 0);
+  watch_ = {};
+  progress_.checkpoint();
+}
+
+void SteppedDraws::draw(const Pass& pass, const VertexArray& mesh, const Range& part) {
+  if (!progress_.cancelled) return gl::draw(pass, mesh, part);
+  const double pixels = double{1} * pass.target.width() * pass.target.height();
+  for (size_t first = part.first, end = part.first + part.count; first < end;) {
+    const size_t count = std::min(end - first, 3 * room(pixels));
+    gl::draw(pass, mesh, {first, count});
+    first += count;
+    add(static_cast<double>(count) / 3 * pixels);
+  }
+}
+
+void SteppedDraws::drawRows(const Pass& pass, const VertexArray& mesh) {
+  if (!progress_.cancelled) return gl::draw(pass, mesh, {0, 3});
+  assert(!pass.state.scissor);
+  const int width = pass.target.width(), height = pass.target.height();
+  for (int y = 0; y < height;) {
+    const int rows = static_cast<int>(std::min<size_t>(static_cast<size_t>(height - y), room(width)));
+    Pass band = pass;
+    band.state.scissor = Rect{0, y, width, rows};
+    gl::draw(band, mesh, {0, 3});
+    y += rows;
+    add(double{1} * rows * width);
   }
 }
 

@@ -5,9 +5,11 @@
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 
@@ -71,6 +73,34 @@ struct Pass {
 void draw(const Pass& pass, const VertexArray& mesh, const Range& part,
           Primitive primitive = Primitive::triangles);
 void draw(const Pass& pass, const VertexArray& mesh, Primitive primitive = Primitive::triangles);
+
+// Draws of one program in steps of about 10 ms, between which a frame can be given up: pixels are those of
+// draw(), which draws all at once. Where nobody asks for it (Progress::cancelled), there are no steps.
+class SteppedDraws {
+public:
+  // step: work of a step, in triangles times pixels of the target; it follows the time that steps take, and
+  // is to be kept from frame to frame, from kFirstStep on. Both must outlive this.
+  static constexpr double kFirstStep = 3e7;
+  SteppedDraws(double& step, const Progress& progress);
+
+  // As gl::draw() of triangles, in their order. Throws Cancelled.
+  void draw(const Pass& pass, const VertexArray& mesh, const Range& part);
+  void draw(const Pass& pass, const VertexArray& mesh) { draw(pass, mesh, {0, mesh.size()}); }
+  // Draws one triangle, which covers the target, to some rows after the other. Throws Cancelled.
+  void drawRows(const Pass& pass, const VertexArray& mesh);
+
+private:
+  // Number of things that the present step still takes, at least 1, by the work of each.
+  size_t room(double work) const;
+  void add(double work);
+
+  double& step_;
+  const Progress& progress_;
+  double queued_ = 0, before_ = 0; // work of the present step so far, and of the step before
+  // Signalled when the step before has been drawn: the driver draws one step while the next one is prepared.
+  std::unique_ptr<void, void (*)(void*)> drawn_;
+  surflect::Stopwatch watch_;
+};
 
 // Makes pixels that were drawn readable as texels by the draws that follow, even by one that draws to the
 // same texture, if each of its pixels reads no texel but its own.

@@ -58,6 +58,19 @@ struct EnvironmentReport {
   double seconds = 0;
 };
 
+// A photograph from which the colour of a pixel is blended.
+struct BlendedPhotograph {
+  std::string view, light; // identities of camera and light; no light under fixed illumination
+  double weight = 0;       // share in the blend: at least 0, and 1 in sum over all photographs
+  capture::Pixel place;    // where the photograph shows the pixel's point
+};
+
+// The photographs blended at a pixel, by falling weight.
+struct PhotographBlend {
+  std::vector<BlendedPhotograph> photographs;
+  double tables = 0; // share of the pixel's lights that tables of shared reflectance answer, 0..1
+};
+
 class Renderer {
 public:
   virtual ~Renderer() = default;
@@ -76,6 +89,11 @@ public:
   // time. Throws Error where a file of the model cannot be read, and Cancelled.
   virtual FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
                              const Progress& progress = {}, FrameLayers memory = {}) = 0;
+
+  // Photographs blended at a pixel of render()'s picture of the scene. Nothing where the pixel shows no
+  // object, and for methods that do not keep the photographs. Takes about as long as a frame without its
+  // shading. Throws Error as render() does, and Cancelled.
+  virtual PhotographBlend blendedAt(const scene::Scene&, capture::Pixel, const Progress& = {}) { return {}; }
 
   // Prepares an environment, which render() would otherwise do when it first meets the environment. Throws
   // Cancelled.

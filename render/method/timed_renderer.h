@@ -21,6 +21,10 @@ public:
   EnvironmentReport prepare(const scene::ShotEnvironment& environment, const Progress& progress) override {
     return renderer_->prepare(environment, progress);
   }
+  PhotographBlend blendedAt(const scene::Scene& scene, capture::Pixel pixel,
+                            const Progress& progress) override {
+    return renderer_->blendedAt(scene, pixel, progress);
+  }
   FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs,
                      const Progress& progress, FrameLayers memory) override {
     const Stopwatch watch;

@@ -38,8 +38,8 @@ struct Output {
   bool png = false;
   std::vector<std::string> aov; // each one of aovNames, none twice
 };
-inline constexpr std::array<std::string_view, 6> aovNames = {"depth",       "normal",  "camera_blend",
-                                                             "light_blend", "stretch", "predicted_error"};
+inline constexpr std::array<std::string_view, 8> aovNames = {
+    "depth", "normal", "position", "rest", "camera_blend", "light_blend", "stretch", "predicted_error"};
 
 // The captured camera of this name.
 struct NamedCamera {

@@ -38,11 +38,19 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// Middle of pixel i of a row or column, relative to the tile's middle.
+float fromMiddle(uint32_t i) { return static_cast<float>(i) - kTileSize / 2 + 0.5f; }
+
+// q of a splat at a position relative to the tile's middle (TileSplat).
+float squaredDistance(const TileSplat& s, float x, float y) {
+  const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
+  return a * a + b * b;
+}
+
 // Colour weight of a splat at a position relative to the tile's middle, without its peak.
 float weightAt(const TileSplat& s, float x, float y) {
   constexpr auto exponent = static_cast<float>(-kCutoffSigmas * kCutoffSigmas);
-  const float a = s.a0 + s.shape.ax * x + s.shape.ay * y, b = s.b0 + s.shape.by * y;
-  return std::exp(exponent * (a * a + b * b));
+  return std::exp(exponent * squaredDistance(s, x, y));
 }
 
 BlockFragments blockFragments(size_t count, TileScratch& scratch) {
@@ -99,7 +107,6 @@ void resolvePixel(int block, int lane, bool keepsHidden, TileScratch& scratch, R
   layers.limit[lane] = -kInfinity;
   const auto x = static_cast<uint32_t>(block % kBlocksPerRow * kBlockSize + lane % kBlockSize),
              y = static_cast<uint32_t>(block / kBlocksPerRow * kBlockSize + lane / kBlockSize);
-  const auto fromMiddle = [](uint32_t i) { return static_cast<float>(i) - kTileSize / 2 + 0.5f; };
   float alpha = 0;
   bool halfway = false;
   for (const Layer& layer : scratch.layers) {
@@ -204,6 +211,36 @@ void rasterizeTile(const ScreenSplat* screen, std::span<const uint32_t> entries,
     });
   }
   markSeen(tile, seen, seenOfCloud);
+}
+
+std::optional<uint32_t> heaviestSplat(const RasterTile& tile, int x, int y) {
+  const int block = y / kBlockSize * kBlocksPerRow + x / kBlockSize;
+  if ((tile.blocks >> block & 1) == 0) return std::nullopt;
+  float heaviest = 0;
+  std::optional<uint32_t> splat;
+  const auto consider = [&](uint32_t i, float weight) {
+    if (!(weight > heaviest)) return;
+    heaviest = weight;
+    splat = tile.column.data()[i];
+  };
+  for (const PixelLayer& layer : tile.layers) { // of a pixel that shows several, whose limit is -infinity
+    if (layer.pixel != static_cast<uint32_t>(y * kTileSize + x)) continue;
+    const auto contributions = std::span(tile.contributions).subspan(layer.begin, layer.count);
+    const auto weightOf = [&](const Contribution& c) {
+      return c.weight * tile.drawn.splats[c.splat].shape.peak;
+    };
+    float sum = 0;
+    for (const Contribution& c : contributions) sum += weightOf(c);
+    for (const Contribution& c : contributions) consider(c.splat, layer.alpha * weightOf(c) / sum);
+  }
+  const float limit = tile.limits.data()[block * kLanes + y % kBlockSize * kBlockSize + x % kBlockSize];
+  const float atX = fromMiddle(static_cast<uint32_t>(x)), atY = fromMiddle(static_cast<uint32_t>(y));
+  for (uint32_t i = 0; i < tile.drawn.count; ++i) {
+    const TileSplat& s = tile.drawn.splats[i];
+    const float order = s.order0 + s.shape.orderX * atX + s.shape.orderY * atY;
+    if (order < limit && squaredDistance(s, atX, atY) <= 1) consider(i, s.shape.peak * weightAt(s, atX, atY));
+  }
+  return splat;
 }
 
 } // namespace surflect::splat

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -70,6 +71,10 @@ struct RasterTile {
   std::vector<PixelLayer> layers; // of pixels that show several
   std::vector<Contribution> contributions;
 };
+
+// The splat of the largest weight at pixel (x, y) of the tile, as its entry in `column`; empty if the pixel
+// shows none.
+std::optional<uint32_t> heaviestSplat(const RasterTile& tile, int x, int y);
 
 // Pixels of the image that a tile covers.
 struct TileFrame {

@@ -221,7 +221,8 @@ void clear(image::Image& picture, const TileFrame& frame, float value) {
 // Multiplies the matrix with values, six channels at a time. The products go to the images' channels in
 // succession; an extra last channel receives alpha.
 void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster,
-              std::span<const float> values, size_t channels, std::span<const float> confidence) {
+              std::span<const float> values, size_t channels, std::span<const float> confidence,
+              const Progress& progress) {
   assert(channels > 0 && values.size() == raster.visible.size() * channels);
   assert(confidence.empty() || confidence.size() == raster.visible.size());
   assert(std::ranges::all_of(confidence, [](float c) { return c > 0; }));
@@ -234,6 +235,7 @@ void multiply(std::span<image::Image* const> pictures, const SplatRaster& raster
   assert(planes.size() == channels || planes.size() == channels + 1);
   tbb::enumerable_thread_specific<std::vector<float>> scratches;
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t index) {
+    progress.checkpoint();
     const RasterTile& tile = raster.tiles[index];
     const TileFrame frame = frameOf(raster, index);
     for (image::Image* picture : pictures) clear(*picture, frame, 0);
@@ -321,32 +323,40 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
 }
 
 void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raster,
-               std::span<const float> values, std::span<const float> confidence) {
+               std::span<const float> values, std::span<const float> confidence, const Progress& progress) {
   size_t channels = 0;
   for (const image::Image* picture : pictures) channels += static_cast<size_t>(picture->channels);
-  multiply(pictures, raster, values, channels, confidence);
+  multiply(pictures, raster, values, channels, confidence, progress);
 }
 
 image::Image blend(const SplatRaster& raster, std::span<const float> values, int channels,
-                   std::span<const float> confidence, image::Image kept) {
+                   std::span<const float> confidence, image::Image kept, const Progress& progress) {
   kept.channels = channels;
   image::Image* const picture = &kept;
-  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence);
+  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence, progress);
   return kept;
 }
 
 image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
-                            std::span<const float> confidence, image::Image kept) {
+                            std::span<const float> confidence, image::Image kept, const Progress& progress) {
   kept.channels = channels + 1;
   image::Image* const picture = &kept;
-  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence);
+  multiply(std::span(&picture, 1), raster, values, static_cast<size_t>(channels), confidence, progress);
   return kept;
 }
 
-image::Image depthImage(const SplatRaster& raster, image::Image kept) {
+std::optional<uint32_t> heaviestSplat(const SplatRaster& raster, int x, int y) {
+  if (!(raster.alpha[raster.pixel(x, y)] > 0)) return std::nullopt;
+  const auto tile = static_cast<size_t>(y / kTileSize * tilesAlong(raster.width) + x / kTileSize);
+  const auto splat = heaviestSplat(raster.tiles[tile], x % kTileSize, y % kTileSize);
+  return splat ? std::optional(raster.visible[*splat]) : std::nullopt;
+}
+
+image::Image depthImage(const SplatRaster& raster, image::Image kept, const Progress& progress) {
   image::Image image = std::move(kept);
   fit(image, raster, 1);
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t index) {
+    progress.checkpoint();
     const RasterTile& tile = raster.tiles[index];
     const TileFrame frame = frameOf(raster, index);
     clear(image, frame, std::numeric_limits<float>::infinity());

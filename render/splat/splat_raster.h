@@ -14,6 +14,7 @@
 
 #include <cassert>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -87,22 +88,28 @@ SplatRaster rasterize(const capture::Camera<ObjectSpace>& camera, const Splats& 
 // Blends values, `channels` per visible splat, weighted by the raster; the result is premultiplied by alpha.
 // confidence: > 0, one per visible splat; multiplies the splat's weights within each layer of a pixel, which
 // are then rescaled to the layer's alpha. Empty if equal for all. `kept`, an image no longer needed, donates
-// its memory.
+// its memory. Throws Cancelled, as the functions below.
 image::Image blend(const SplatRaster& raster, std::span<const float> values, int channels,
-                   std::span<const float> confidence = {}, image::Image kept = {});
+                   std::span<const float> confidence = {}, image::Image kept = {},
+                   const Progress& progress = {});
 
 // Blends several images at once, which is faster than one by one. Each image states its number of channels;
 // the values of a splat are those of the first image, then of the next. Sizes and values of the images are
 // overwritten, and their memory is reused.
 void blendInto(std::span<image::Image* const> pictures, const SplatRaster& raster,
-               std::span<const float> values, std::span<const float> confidence = {});
+               std::span<const float> values, std::span<const float> confidence = {},
+               const Progress& progress = {});
 
 // As blend, with alpha as an additional channel.
 image::Image blendWithAlpha(const SplatRaster& raster, std::span<const float> values, int channels,
-                            std::span<const float> confidence = {}, image::Image kept = {});
+                            std::span<const float> confidence = {}, image::Image kept = {},
+                            const Progress& progress = {});
+
+// Index in the cloud of the splat of the largest weight at a pixel; empty if the pixel shows none.
+std::optional<uint32_t> heaviestSplat(const SplatRaster& raster, int x, int y);
 
 // Depth along the viewing axis, per pixel, of the layer in which half of alpha is reached; infinity if there
 // is none. `kept` donates its memory.
-image::Image depthImage(const SplatRaster& raster, image::Image kept = {});
+image::Image depthImage(const SplatRaster& raster, image::Image kept = {}, const Progress& progress = {});
 
 } // namespace surflect::splat

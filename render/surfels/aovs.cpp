@@ -26,7 +26,7 @@ struct BlendedAov {
 // Blends AOVs at once, with one confidence for all of them: empty, or one value per entry of raster.visible.
 void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::vector<std::string>& names,
                  const splat::SplatRaster& raster, std::span<const float> confidence,
-                 method::FrameLayers& layers) {
+                 const Progress& progress, method::FrameLayers& layers) {
   std::vector<image::Image*> pictures;
   size_t channels = 0;
   for (const std::string& name : names) {
@@ -37,6 +37,7 @@ void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::
   std::vector<float> values(raster.visible.size() * channels);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, raster.visible.size(), 1024),
                     [&](const tbb::blocked_range<size_t>& range) {
+                      progress.checkpoint();
                       size_t channel = 0;
                       for (const std::string& name : names) {
                         const BlendedAov& aov = aovs.at(name);
@@ -45,7 +46,7 @@ void developAovs(const std::map<std::string_view, BlendedAov>& aovs, const std::
                         channel += static_cast<size_t>(aov.channels);
                       }
                     });
-  splat::blendInto(pictures, raster, values, confidence);
+  splat::blendInto(pictures, raster, values, confidence, progress);
 }
 
 } // namespace
@@ -58,8 +59,8 @@ double stretchOf(const Vec3<double>& u, const Vec3<double>& v) {
 }
 
 void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster& raster,
-                 const DeformedCloud& deformed, const shading::Shaded& shaded, const Progress& progress,
-                 method::FrameLayers& layers) {
+                 const SurfelCloud& rest, const DeformedCloud& deformed, const shading::Shaded& shaded,
+                 const Progress& progress, method::FrameLayers& layers) {
   const auto blendOf = [](const std::vector<Rgb>& blends) {
     return [&blends](size_t i, float* to) { to[0] = blends[i].r, to[1] = blends[i].g, to[2] = blends[i].b; };
   };
@@ -71,6 +72,9 @@ void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster
     const Vec3<double> outward = static_cast<double>(deformed.handedness[surfel]) * tangents->n;
     for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(outward[k]);
   };
+  const auto placeIn = [&](const auto& places) {
+    return [&](size_t i, float* to) { Eigen::Map<Vec3<float>>{to} = places[raster.visible[i]].raw(); };
+  };
   const auto stretch = [&](size_t i, float* to) {
     const size_t surfel = raster.visible[i];
     *to = static_cast<float>(
@@ -78,6 +82,8 @@ void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster
   };
   const std::map<std::string_view, BlendedAov> blended{
       {"normal", {3, false, normal}},
+      {"position", {3, false, placeIn(deformed.p)}},
+      {"rest", {3, false, placeIn(rest.p0)}},
       {"stretch", {1, false, stretch}},
       {"camera_blend", {3, true, blendOf(shaded.cameraBlend)}},
       {"light_blend", {3, true, blendOf(shaded.lightBlend)}}};
@@ -90,10 +96,10 @@ void computeAovs(const std::vector<std::string>& asked, const splat::SplatRaster
         names.push_back(name);
     if (!names.empty())
       developAovs(blended, names, raster,
-                  isConfident ? std::span(shaded.confidence) : std::span<const float>(), layers);
+                  isConfident ? std::span(shaded.confidence) : std::span<const float>(), progress, layers);
   }
   if (std::ranges::count(asked, "depth") > 0)
-    layers.aovs["depth"] = splat::depthImage(raster, std::move(layers.aovs["depth"]));
+    layers.aovs["depth"] = splat::depthImage(raster, std::move(layers.aovs["depth"]), progress);
 }
 
 } // namespace surflect::surfels

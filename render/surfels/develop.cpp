@@ -94,12 +94,13 @@ void PixelComposite::add(const std::array<float, 4>& layer, float open, float hi
 }
 
 image::Image compositeLayers(const splat::SplatRaster& raster, std::span<const float> values,
-                             std::span<const float> confidence, const LayerPlaces& places,
-                             image::Image kept) {
+                             std::span<const float> confidence, const LayerPlaces& places, image::Image kept,
+                             const Progress& progress) {
   assert(values.size() == 4 * raster.visible.size() && places.p0.size() == raster.visible.size());
-  image::Image image = splat::blend(raster, values, 4, confidence, std::move(kept));
+  image::Image image = splat::blend(raster, values, 4, confidence, std::move(kept), progress);
   const int across = splat::tilesAlong(raster.width);
   tbb::parallel_for(size_t{0}, raster.tiles.size(), [&](size_t index) {
+    progress.checkpoint();
     const splat::RasterTile& tile = raster.tiles[index];
     TileLayers layers(tile, values, confidence, places);
     const int x0 = static_cast<int>(index) % across * splat::kTileSize,
@@ -130,17 +131,17 @@ std::vector<float> premultiplied(const shading::Shaded& shaded) {
 } // namespace
 
 image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded,
-                             image::Image memory) {
+                             image::Image memory, const Progress& progress) {
   if (!shaded.alpha.empty())
-    return splat::blend(raster, premultiplied(shaded), 4, shaded.confidence, std::move(memory));
+    return splat::blend(raster, premultiplied(shaded), 4, shaded.confidence, std::move(memory), progress);
   static_assert(sizeof(Rgb) == 3 * sizeof(float));
   const std::span values(reinterpret_cast<const float*>(shaded.radiance.data()), 3 * shaded.radiance.size());
-  return splat::blendWithAlpha(raster, values, 3, shaded.confidence, std::move(memory));
+  return splat::blendWithAlpha(raster, values, 3, shaded.confidence, std::move(memory), progress);
 }
 
 image::Image developLayers(const splat::SplatRaster& raster, const SurfelCloud& cloud,
                            std::span<const Direction3<AcquisitionSpace>> towardsView,
-                           const shading::Shaded& shaded, image::Image memory) {
+                           const shading::Shaded& shaded, image::Image memory, const Progress& progress) {
   constexpr float kClearance = 4; // radii of a splat
   std::vector<Point3<AcquisitionSpace>> p0;
   std::vector<float> clearance;
@@ -149,7 +150,7 @@ image::Image developLayers(const splat::SplatRaster& raster, const SurfelCloud& 
     clearance.push_back(kClearance * cloud.radius[surfel]);
   }
   return compositeLayers(raster, premultiplied(shaded), shaded.confidence, {p0, towardsView, clearance},
-                         std::move(memory));
+                         std::move(memory), progress);
 }
 
 } // namespace surflect::surfels

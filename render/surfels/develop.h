@@ -3,6 +3,7 @@
 
 #include "render/splat/splat_raster.h"
 #include "srf/shading/shade.h"
+#include "surfel/base/time.h"
 #include "surfel/cloud.h"
 #include "surfel/math/space.h"
 
@@ -49,20 +50,22 @@ struct LayerPlaces {
 };
 
 // RGBA, premultiplied, from values of four channels for each visible splat, premultiplied too. The raster has
-// hidden layers (SplatOptions::keepsHidden). confidence, kept: as in splat::blend.
+// hidden layers (SplatOptions::keepsHidden). confidence, kept: as in splat::blend. Throws Cancelled, as the
+// functions below.
 image::Image compositeLayers(const splat::SplatRaster& raster, std::span<const float> values,
                              std::span<const float> confidence, const LayerPlaces& places,
-                             image::Image kept = {});
+                             image::Image kept = {}, const Progress& progress = {});
 
 // RGBA picture, premultiplied, from radiance, confidence and alpha of each entry of raster.visible; `shaded`
 // may lack the last two. Layers hide what is behind them. `memory` is reused.
 image::Image developRadiance(const splat::SplatRaster& raster, const shading::Shaded& shaded,
-                             image::Image memory = {});
+                             image::Image memory = {}, const Progress& progress = {});
 
 // RGBA picture, premultiplied, of a translucent object, whose layers are composited.
 // towardsView: for each visible surfel, the direction to the viewer in which its photographs were looked up.
 image::Image developLayers(const splat::SplatRaster& raster, const SurfelCloud& cloud,
                            std::span<const Direction3<AcquisitionSpace>> towardsView,
-                           const shading::Shaded& shaded, image::Image memory = {});
+                           const shading::Shaded& shaded, image::Image memory = {},
+                           const Progress& progress = {});
 
 } // namespace surflect::surfels

@@ -8,12 +8,16 @@
 #include "render/surfels/patch_corners.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
+#include "srf/shading/taps.h"
 #include "warp/deform.h"
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cmath>
+#include <functional>
 #include <numbers>
+#include <utility>
 
 namespace surflect::surfels {
 
@@ -27,8 +31,10 @@ namespace {
 
 constexpr size_t kMostStates = size_t{1} << 24; // shadow states in memory at a time, 4 bytes each
 
-void countLights(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
-                 FrameStats& stats) {
+void beginStats(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
+                FrameStats& stats) {
+  stats = {};
+  stats.cloud = field.cloud.size();
   stats.environments = lit.environments.size();
   stats.lights = lit.scene.lights.size() - lit.environments.size();
   if (weights::usesKriging(field, options.shade)) stats.pairLights = stats.lights;
@@ -83,18 +89,91 @@ size_t surfelsPerCorner(const weights::ReflectanceField& field, const weights::S
 }
 
 DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
-                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn) {
+                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn,
+                           const Progress& progress) {
   if (tangents == Tangents::polar) return {};
-  if (tangents == Tangents::bisector) return withBisectorFrames(deformed);
+  if (tangents == Tangents::bisector) return withBisectorFrames(deformed, progress);
   assert(field.shared);
   const double fromFibre = tangents == Tangents::across ? std::numbers::pi / 2 : 0;
   std::vector<Angle> lines;
   for (uint32_t i = 0; i < deformed.size(); ++i) {
+    progress.checkNowAndThen(i);
     const Angle fibre = field.shared->fibres[drawn.empty() ? i : drawn[i]];
     lines.push_back(Angle::fromRadians(fibre.radians() + fromFibre));
   }
-  return withCarriedLines(deformed, lines);
+  return withCarriedLines(deformed, lines, progress);
 }
+
+namespace {
+
+bool isTranslucent(const weights::ReflectanceField& field, const FrameOptions& options) {
+  return options.shade.usesAlpha && !field.alpha.empty();
+}
+
+// The surfels of a frame: warped and rasterised in the workspace, and ready to be asked for queries.
+class PosedSurfels {
+public:
+  // The arguments must outlive this. The workspace has the levels of detail that the options need.
+  PosedSurfels(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
+               FrameWorkspace& workspace, StageClock& clock, const Progress& progress)
+      : lit_(lit), workspace_(workspace), progress_(progress) {
+    const scene::Scene& scene = lit.scene;
+    FrameStats& stats = workspace.stats;
+    if (options.surfelSize > 0)
+      workspace.cut = cutFor(field.cloud, *workspace.levels, scene.warp, scene.camera, options.surfelSize,
+                             progress, std::move(workspace.cut));
+    isCut_ = options.surfelSize > 0 && !workspace.cut.isWhole;
+    cloud_ = isCut_ ? &workspace.cut.cloud : &field.cloud;
+    stats.surfels = cloud().size();
+    workspace.deformed = warp::deform(cloud(), scene.warp, progress, std::move(workspace.deformed));
+    clock.finish("warp");
+
+    if (castsShadows(field, options.shade, options.shadows) && stats.pairLights > 0) {
+      if (!workspace.occluders) workspace.occluders = occludersOf(field.cloud, *field.levels);
+      shadows_.emplace(*workspace.occluders, field.cloud, scene, progress);
+      stats.occluders = workspace.occluders->surfels.size();
+      clock.finish("shadows");
+    }
+
+    splat::SplatOptions splatting = options.splats;
+    splatting.keepsHidden = isTranslucent(field, options);
+    workspace.raster = splat::rasterize(scene.camera, splat::splatsOf(cloud(), workspace.deformed), splatting,
+                                        progress, std::move(workspace.raster));
+    countSplats(workspace.raster, stats);
+    clock.finish("splat");
+    if (options.tangents != Tangents::polar)
+      tangents_ = withTangents(options.tangents, workspace.deformed, field,
+                               isCut_ ? std::span(workspace.cut.surfels) : std::span<uint32_t>{}, progress);
+  }
+
+  bool isCut() const { return isCut_; }
+  const SurfelCloud& cloud() const { return *cloud_; } // of the field, or of the cut
+  const std::optional<CastShadows>& shadows() const { return shadows_; }
+
+  // Queries of surfels of the cloud, without shadow states and places.
+  void write(std::span<const uint32_t> surfels, weights::QueryBatch& batch) const {
+    writeQueries(cloud(), tangents_ ? *tangents_ : workspace_.deformed, surfels, lit_.scene.camera,
+                 lit_.scene.lights, lit_.environments, progress_, batch);
+    batch.reached.clear();
+  }
+  // Names the surfels of a batch by their numbers in the field.
+  void numberInField(weights::QueryBatch& batch) const {
+    if (!isCut_) return;
+    for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
+      for (uint32_t& surfel : *surfels) surfel = workspace_.cut.surfels[surfel];
+  }
+
+private:
+  const LitScene& lit_;
+  const FrameWorkspace& workspace_;
+  const Progress& progress_;
+  bool isCut_ = false;
+  const SurfelCloud* cloud_ = nullptr;
+  std::optional<CastShadows> shadows_;    // of lights that are weighted by pairs
+  std::optional<DeformedCloud> tangents_; // for L, unless they are those of the deformed cloud
+};
+
+} // namespace
 
 FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
@@ -102,52 +181,25 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
          stats] = workspace;
   const LitScene lit =
       litScene(requested, options.environmentError, field, options.shade, environments, progress);
-  const scene::Scene& scene = lit.scene;
-  const bool isTranslucent = options.shade.usesAlpha && !field.alpha.empty();
+  const bool showsLayers = isTranslucent(field, options);
   const bool mayBlend =
-      !isTranslucent && lit.environments.empty() && weights::blendsCorners(field, options.shade);
+      !showsLayers && lit.environments.empty() && weights::blendsCorners(field, options.shade);
   const size_t perQuery =
       options.surfelsPerQuery.value_or(mayBlend ? surfelsPerCorner(field, options.shade) : 1);
   prepareWorkspace(field, options, perQuery * (mayBlend ? 4 : 1), workspace, progress);
-  stats = {};
-  stats.cloud = field.cloud.size();
-  countLights(field, lit, options, stats);
+  beginStats(field, lit, options, stats);
   StageClock clock(stats.seconds, stats.processorSeconds);
 
-  if (options.surfelSize > 0)
-    cut =
-        cutFor(field.cloud, *levels, scene.warp, scene.camera, options.surfelSize, progress, std::move(cut));
-  const bool isCut = options.surfelSize > 0 && !cut.isWhole;
-  const SurfelCloud& cloud = isCut ? cut.cloud : field.cloud;
-  stats.surfels = cloud.size();
-  deformed = warp::deform(cloud, scene.warp, progress, std::move(deformed));
-  clock.finish("warp");
-
-  std::optional<CastShadows> shadows;
-  if (castsShadows(field, options.shade, options.shadows) && stats.pairLights > 0) {
-    if (!occluders) occluders = occludersOf(field.cloud, *field.levels);
-    shadows.emplace(*occluders, field.cloud, scene, progress);
-    stats.occluders = occluders->surfels.size();
-    clock.finish("shadows");
-  }
-
-  splat::SplatOptions splatting = options.splats;
-  splatting.keepsHidden = isTranslucent;
-  raster = splat::rasterize(scene.camera, splat::splatsOf(cloud, deformed), splatting, progress,
-                            std::move(raster));
-  countSplats(raster, stats);
-  clock.finish("splat");
-
-  const DeformedCloud ofOptions =
-      withTangents(options.tangents, deformed, field, isCut ? std::span(cut.surfels) : std::span<uint32_t>{});
-  const DeformedCloud& tangents = options.tangents == Tangents::polar ? deformed : ofOptions;
+  const PosedSurfels posed(field, lit, options, workspace, clock, progress);
+  const SurfelCloud& cloud = posed.cloud();
+  const std::optional<CastShadows>& shadows = posed.shadows();
   const std::span<const uint32_t> visible = raster.visible;
   // The shadow states of all visible surfels are held at a time where corners are blended.
   const bool blendsCorners = mayBlend && perQuery > 1 && visible.size() * stats.pairLights <= kMostStates;
   const bool sharesWeights = mayBlend ? blendsCorners : perQuery > 1;
   Patches ofCut;
-  if (isCut && sharesWeights) ofCut = patchesIn(cut, patches);
-  const Patches& patchesOfFrame = isCut ? ofCut : patches;
+  if (posed.isCut() && sharesWeights) ofCut = patchesIn(cut, patches);
+  const Patches& patchesOfFrame = posed.isCut() ? ofCut : patches;
   std::vector<float> shadowStates;
   PatchCorners corners;
   PatchQueries middles;
@@ -164,19 +216,9 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
                                                            : visible;
   stats.queries = asking.size();
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
-  // Queries of the given surfels, without shadow states and places.
-  const auto writeAt = [&](std::span<const uint32_t> surfels, weights::QueryBatch& batch) {
-    writeQueries(cloud, tangents, surfels, scene.camera, scene.lights, lit.environments, progress, batch);
-    batch.reached.clear();
-  };
-  const auto numberInField = [&](weights::QueryBatch& batch) {
-    if (isCut)
-      for (std::vector<uint32_t>* surfels : {&batch.surfels, &batch.places})
-        for (uint32_t& surfel : *surfels) surfel = cut.surfels[surfel];
-  };
   const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     const auto surfels = asking.subspan(begin, end - begin);
-    writeAt(surfels, batch);
+    posed.write(surfels, batch);
     if (blendsCorners) {
       corners.addPlaces(visible, begin, end, batch);
       for (size_t corner = begin; shadows && corner < end; ++corner) {
@@ -188,11 +230,11 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
       if (shadows) shadows->fill(deformed, surfels, batch);
       if (sharesWeights) addPlaces(middles, visible, begin, end, batch);
     }
-    numberInField(batch);
+    posed.numberInField(batch);
   };
   const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     write(begin, end, batch);
-    if (isTranslucent) addDirections(batch, towardsView);
+    if (showsLayers) addDirections(batch, towardsView);
     clock.finish("queries");
   };
   weights::ShadeOptions shading = options.shade;
@@ -210,19 +252,19 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(memory);
   const auto developed = [&](image::Image kept) {
-    return isTranslucent ? developLayers(raster, cloud, towardsView, shaded, std::move(kept))
-                         : developRadiance(raster, shaded, std::move(kept));
+    return showsLayers ? developLayers(raster, cloud, towardsView, shaded, std::move(kept), progress)
+                       : developRadiance(raster, shaded, std::move(kept), progress);
   };
   layers.color = developed(std::move(layers.color));
   clock.finish("develop");
-  computeAovs(options.aovs, raster, deformed, shaded, progress, layers);
+  computeAovs(options.aovs, raster, cloud, deformed, shaded, progress, layers);
   if (predictsError) {
     shading.nearest = true;
     shading.showsBlends = false;
     shading.placesPerQuery = 1;
     const shading::FillBatch writeEach = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
-      writeAt(visible.subspan(begin, end - begin), batch);
-      numberInField(batch);
+      posed.write(visible.subspan(begin, end - begin), batch);
+      posed.numberInField(batch);
     };
     shading::ShadingStats ofNearest;
     shading::Shaded nearest =
@@ -230,11 +272,73 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
     shaded.radiance = std::move(nearest.radiance);
     shaded.alpha = std::move(nearest.alpha);
     layers.aovs["predicted_error"] = predictedError(
-        layers.color, developed({}), splat::blend(raster, gaps, 1, shaded.confidence),
-        options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]));
+        layers.color, developed({}), splat::blend(raster, gaps, 1, shaded.confidence, {}, progress),
+        options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]), progress);
   }
   if (!options.aovs.empty()) clock.finish("aov");
   return layers;
+}
+
+namespace {
+
+// Photographs of a plan of one place.
+method::PhotographBlend blendOf(const weights::ReflectanceField& field, const shading::ShadingPlan& plan,
+                                size_t sources) {
+  const auto isShown = [&](const shading::ShadingOp& op) { // else the queue drops it
+    return field.files.empty() || shading::storesTexel(field.files[op.view], op.x, op.y);
+  };
+  const bool anyIsShown = std::ranges::any_of(plan.ops, isShown);
+  using ViewAndLight = std::pair<uint32_t, std::optional<uint32_t>>;
+  std::map<ViewAndLight, method::BlendedPhotograph> blended;
+  double sum = 0;
+  for (const shading::ShadingOp& op : plan.ops) {
+    if (anyIsShown && !isShown(op)) continue;
+    for (uint32_t l = op.rowBegin; l < op.rowEnd; ++l) {
+      const auto& [color, begin, end] = plan.rows.lights[l];
+      for (const auto& [column, ofLight] : std::span(plan.rows.weights).subspan(begin, end - begin)) {
+        const double weight = std::abs(double{op.weight} * ofLight * weights::brightness(color));
+        if (!(weight > 0)) continue;
+        std::optional<uint32_t> light;
+        if (!field.rig.lights.empty()) light = field.columns[op.view][column];
+        method::BlendedPhotograph& photograph = blended[{op.view, light}];
+        photograph.view = field.rig.views[op.view].identity;
+        if (light) photograph.light = field.rig.lights[*light].identity;
+        photograph.weight += weight;
+        photograph.place = {op.x, op.y};
+        sum += weight;
+      }
+    }
+  }
+  method::PhotographBlend blend;
+  for (auto& [_, photograph] : blended) {
+    photograph.weight /= sum;
+    blend.photographs.push_back(std::move(photograph));
+  }
+  std::ranges::stable_sort(blend.photographs, std::greater(), &method::BlendedPhotograph::weight);
+  for (const float share : plan.tableShares) blend.tables += share / static_cast<double>(sources);
+  return blend;
+}
+
+} // namespace
+
+method::PhotographBlend blendedAt(const weights::ReflectanceField& field, const scene::Scene& scene,
+                                  capture::Pixel pixel, const FrameOptions& options,
+                                  FrameWorkspace& workspace, const Progress& progress) {
+  if (!capture::contains(scene.camera.lens, pixel)) return {};
+  const LitScene lit =
+      litScene(scene, options.environmentError, field, options.shade, workspace.environments, progress);
+  prepareWorkspace(field, options, 1, workspace, progress);
+  beginStats(field, lit, options, workspace.stats);
+  StageClock clock(workspace.stats.seconds, workspace.stats.processorSeconds);
+  const PosedSurfels posed(field, lit, options, workspace, clock, progress);
+  const auto surfel =
+      splat::heaviestSplat(workspace.raster, static_cast<int>(pixel.x), static_cast<int>(pixel.y));
+  if (!surfel) return {};
+  weights::QueryBatch batch;
+  posed.write(std::span(&*surfel, 1), batch);
+  if (posed.shadows()) posed.shadows()->fill(workspace.deformed, std::span(&*surfel, 1), batch);
+  posed.numberInField(batch);
+  return blendOf(field, shading::planShading(field, batch, options.shade), batch.sources());
 }
 
 } // namespace surflect::surfels

@@ -59,9 +59,10 @@ enum class Tangents {
 
 // Deformed surfels with the tangents of an option, for L alone; an empty cloud for polar ones, which need no
 // copy. drawn: numbers of these surfels in the field; all of its surfels if empty. Other than polar and
-// bisector need a field with tables.
+// bisector need a field with tables. Throws Cancelled.
 DeformedCloud withTangents(Tangents tangents, const DeformedCloud& deformed,
-                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn = {});
+                           const weights::ReflectanceField& field, std::span<const uint32_t> drawn = {},
+                           const Progress& progress = {});
 
 // Default of FrameOptions::surfelsPerQuery where corners may be blended.
 size_t surfelsPerCorner(const weights::ReflectanceField& field, const weights::ShadeOptions& options);
@@ -101,12 +102,19 @@ struct FrameWorkspace {
   Patches patches;            // of at most surfelsPerPatch surfels
   size_t surfelsPerPatch = 1; // no patches are needed for 1
   FrameLayers layers;         // memory for the next frame: a caller that is done with a frame may put it here
-  FrameStats stats;           // of the last frame
+  FrameStats stats;           // of the last frame, or question for its photographs
 };
 
 // Throws Error as shade does, and Cancelled.
 FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& scene,
                         const FrameOptions& options, FrameWorkspace& workspace,
                         const Progress& progress = {});
+
+// Photographs blended at the surfel of the largest weight at a pixel of the frame, each by the share of its
+// weight, for all lights together, in the sum over all. A surfel that shares the weights of a patch is asked
+// for its own. Needs no AOVs. Throws Error and Cancelled as renderFrame.
+method::PhotographBlend blendedAt(const weights::ReflectanceField& field, const scene::Scene& scene,
+                                  capture::Pixel pixel, const FrameOptions& options,
+                                  FrameWorkspace& workspace, const Progress& progress = {});
 
 } // namespace surflect::surfels

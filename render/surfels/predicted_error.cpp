@@ -46,7 +46,7 @@ std::vector<float> viewGaps(std::span<const float> confidence) {
 }
 
 image::Image predictedError(const image::Image& color, const image::Image& nearest, const image::Image& gap,
-                            const ErrorModel& model, image::Image kept) {
+                            const ErrorModel& model, image::Image kept, const Progress& progress) {
   assert(color.channels == kChannels && nearest.values.size() == color.values.size() && gap.channels == 1 &&
          gap.width == color.width && gap.height == color.height);
   image::Image error = std::move(kept);
@@ -55,6 +55,7 @@ image::Image predictedError(const image::Image& color, const image::Image& neare
   error.channels = 1;
   error.values.resize(gap.values.size());
   tbb::parallel_for(0, color.height, [&](int y) {
+    progress.checkpoint();
     for (int x = 0; x < color.width; ++x) {
       const std::span<const float> c = color.at(x, y);
       error.at(x, y)[0] = static_cast<float>(std::sqrt(model.disagreement * meanSquare(c, nearest.at(x, y)) +

@@ -14,6 +14,7 @@
 #pragma once
 
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 
 #include <span>
 #include <vector>
@@ -28,9 +29,9 @@ struct ErrorModel {
 std::vector<float> viewGaps(std::span<const float> confidence);
 
 // e of each pixel. color and nearest: c and c_n, RGBA, premultiplied; gap: p, premultiplied, one channel. All
-// have one size. `kept` donates its memory.
+// have one size. `kept` donates its memory. Throws Cancelled.
 image::Image predictedError(const image::Image& color, const image::Image& nearest, const image::Image& gap,
-                            const ErrorModel& model, image::Image kept = {});
+                            const ErrorModel& model, image::Image kept = {}, const Progress& progress = {});
 
 // The error model of the AOV predicted_error, fitted to path-traced stages.
 

@@ -77,8 +77,9 @@ LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, 
   return {rotationOf<double>(rest.r0[surfel]), *frame, static_cast<double>(deformed.handedness[surfel])};
 }
 
-DeformedCloud withBisectorFrames(DeformedCloud deformed) {
+DeformedCloud withBisectorFrames(DeformedCloud deformed, const Progress& progress) {
   tbb::parallel_for(size_t{0}, deformed.size(), [&](size_t surfel) {
+    progress.checkNowAndThen(surfel);
     Direction3<ObjectSpace>&u = deformed.u[surfel], &v = deformed.v[surfel];
     const auto frame = bisectorFrame<double>(u.raw().cast<double>(), v.raw().cast<double>());
     if (!frame) return; // a dead surfel
@@ -88,9 +89,11 @@ DeformedCloud withBisectorFrames(DeformedCloud deformed) {
   return deformed;
 }
 
-DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines) {
+DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines,
+                               const Progress& progress) {
   assert(lines.size() == deformed.size());
   tbb::parallel_for(size_t{0}, deformed.size(), [&](size_t surfel) {
+    progress.checkNowAndThen(surfel);
     Direction3<ObjectSpace>&u = deformed.u[surfel], &v = deformed.v[surfel];
     const Vec3<double> ju = u.raw().cast<double>(), jv = v.raw().cast<double>();
     const auto frame = polarFrame<double>(ju, jv);

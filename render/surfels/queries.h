@@ -16,13 +16,14 @@ namespace surflect::surfels {
 LookUp<double> lookUpAt(const SurfelCloud& rest, const DeformedCloud& deformed, size_t surfel);
 
 // A cloud whose tangents are the orthonormal ones of [Weyrich 2005, Eqs. 8 and 9], for L alone: splats keep
-// the warped tangents.
-DeformedCloud withBisectorFrames(DeformedCloud deformed);
+// the warped tangents. Throws Cancelled.
+DeformedCloud withBisectorFrames(DeformedCloud deformed, const Progress& progress = {});
 
 // A cloud with orthonormal tangents, for L alone, that turn with the image of a line under J, not by the
 // polar factor: L takes a groove that the warp carries back to where it was. lines: angle of each surfel's
-// line from u0 towards v0 (#surfels).
-DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines);
+// line from u0 towards v0 (#surfels). Throws Cancelled.
+DeformedCloud withCarriedLines(DeformedCloud deformed, std::span<const Angle> lines,
+                               const Progress& progress = {});
 
 // One query per entry of `surfels`, none of which may be dead. Environments are rotated by L; `environments`
 // has one entry per ShotEnvironment of the lights, in order, and must outlive the result. In double

@@ -273,6 +273,11 @@ method::FrameLayers SurfelRenderer::render(const scene::Scene& scene, const std:
   return layers;
 }
 
+method::PhotographBlend SurfelRenderer::blendedAt(const scene::Scene& scene, capture::Pixel pixel,
+                                                  const Progress& progress) {
+  return surfels::blendedAt(*model_, scene, pixel, options_, workspace_, progress);
+}
+
 method::EnvironmentReport SurfelRenderer::prepare(const scene::ShotEnvironment& environment,
                                                   const Progress& progress) {
   const Stopwatch watch;

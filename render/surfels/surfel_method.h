@@ -19,6 +19,8 @@ public:
   std::span<const method::Option> options() const override { return rows_; }
   method::FrameLayers render(const scene::Scene& scene, const std::vector<std::string>& aovs = {},
                              const Progress& progress = {}, method::FrameLayers memory = {}) override;
+  method::PhotographBlend blendedAt(const scene::Scene& scene, capture::Pixel pixel,
+                                    const Progress& progress = {}) override;
   method::EnvironmentReport prepare(const scene::ShotEnvironment& environment,
                                     const Progress& progress = {}) override;
 

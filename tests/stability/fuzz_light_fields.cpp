@@ -151,6 +151,7 @@ std::string wrongValues(const method::FrameLayers& film, double brightest) {
         return "depth is " + std::to_string(value) + " where alpha is " + std::to_string(color[4 * i + 3]);
       if (name == "observed" && !(value >= 0 && value <= 1.0001f))
         return "observed is " + std::to_string(value);
+      if (name == "position" && !std::isfinite(value)) return "position is " + std::to_string(value);
     }
   return "";
 }
@@ -251,7 +252,7 @@ std::string complaint(const Subject& subject, unsigned seed, Tally& tally) {
   const method::Setting setting = randomSetting(dice, subject);
   renderer.set(setting);
   const std::string identity = renderer.describe().identity;
-  const std::vector<std::string> aovs{"depth", "observed"};
+  const std::vector<std::string> aovs{"depth", "observed", "position"};
   const capture::Lens& lens = scene.camera.lens;
   const bool isOrthographic = lens.model == capture::Lens::Model::orthographic;
   if (isOrthographic || lens.distorts()) {

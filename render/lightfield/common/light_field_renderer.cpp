@@ -2,7 +2,12 @@
 
 #include "surfel/base/error.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -48,11 +53,33 @@ bool showsObject(const image::Image& picture) {
   return false;
 }
 
+constexpr const char *kDepth = "depth", *kPosition = "position", *kRest = "rest";
+
 } // namespace
+
+image::Image surfacePoints(const capture::Camera<AcquisitionSpace>& camera, const image::Image& depth,
+                           const image::Image& color) {
+  assert(depth.width == color.width && depth.height == color.height && depth.channels == 1);
+  const auto acquisitionFromCamera = camera.cameraFromWorld.inverse();
+  image::Image points(depth.width, depth.height, 3);
+  tbb::parallel_for(0, depth.height, [&](int y) {
+    for (int x = 0; x < depth.width; ++x) {
+      const double d = depth.at(x, y)[0];
+      const auto ray = capture::rayThrough(camera.lens, {x + 0.5, y + 0.5});
+      if (!ray || !std::isfinite(d)) continue;
+      const double length = (-d - ray->origin.z()) / ray->direction.z();
+      const auto point = acquisitionFromCamera(ray->origin + length * ray->direction);
+      Eigen::Map<Vec3<float>>(points.at(x, y).data()) = color.at(x, y)[3] * point.raw().cast<float>();
+    }
+  });
+  return points;
+}
 
 LightFieldRenderer::LightFieldRenderer(Parts parts, const method::Setting& setting)
     : parts_(std::move(parts)), identity_(parts_.description.identity) {
   parts_.description.isBaked = true;
+  if (std::vector<std::string>& aovs = parts_.description.aovs; isAsked(aovs, kDepth))
+    aovs.insert(aovs.end(), {kPosition, kRest});
   set(method::forFrames(parts_.options, setting));
 }
 
@@ -71,7 +98,19 @@ method::FrameLayers LightFieldRenderer::render(const scene::Scene& scene,
   const auto& pose = scene.camera.cameraFromWorld;
   memory.aovs.clear();
   memory.report = {};
-  parts_.draw({scene.camera.lens, {pose.rotation(), pose.translation()}}, aovs, progress, memory);
+  const capture::Camera<AcquisitionSpace> camera{scene.camera.lens, {pose.rotation(), pose.translation()}};
+  const std::array<const char*, 2> places{kPosition, kRest};
+  const bool asksPlaces = std::ranges::any_of(places, [&](const char* name) { return isAsked(aovs, name); });
+  std::vector<std::string> drawn = aovs;
+  if (asksPlaces && !isAsked(aovs, kDepth)) drawn.emplace_back(kDepth);
+  parts_.draw(camera, drawn, progress, memory);
+  if (const auto depth = memory.aovs.find(kDepth); asksPlaces && depth != memory.aovs.end()) {
+    progress.checkpoint();
+    const image::Image points = surfacePoints(camera, depth->second, memory.color);
+    for (const char* name : places)
+      if (isAsked(aovs, name)) memory.aovs[name] = points;
+    if (!isAsked(aovs, kDepth)) memory.aovs.erase(depth);
+  }
   if (!showsObject(memory.color)) memory.report.remark = "no part of the object is visible";
   return memory;
 }

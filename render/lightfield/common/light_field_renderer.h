@@ -25,6 +25,13 @@ namespace surflect::lightfield {
 void requireBaked(const scene::Scene& scene, const capture::Capture& rig,
                   std::span<const Point3<AcquisitionSpace>> points);
 
+// The point of the surface that each pixel shows: on the ray through the pixel's middle, at `depth` along the
+// viewing axis. Three channels, premultiplied by the alpha of `color`; 0 where depth is infinite.
+image::Image surfacePoints(const capture::Camera<AcquisitionSpace>& camera, const image::Image& depth,
+                           const image::Image& color);
+
+// A description with the AOV "depth" also gets "position" and "rest", which are equal here: both are made of
+// depth (surfacePoints).
 class LightFieldRenderer : public method::Renderer {
 public:
   struct Parts {

@@ -43,7 +43,8 @@ FrameRenderer::Targets& FrameRenderer::targetsOf(gl::Format format, int width, i
   return targets_.emplace(format, width, height);
 }
 
-Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options) {
+Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options,
+                            const Progress& progress) {
   const gl::DepthRange range = drawing_.depthRange(camera);
   for (gl::Program* program : {&depth_, &maps_})
     drawing_.setPosition(*program, camera, range); // refuses lenses
@@ -56,22 +57,26 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   const auto lap = [&] { return std::exchange(stopwatch, {}).seconds(); };
   targets.framebuffer.clearColor(0, {0, 0, 0, 0});
   targets.framebuffer.clearDepth();
-  gl::draw({targets.framebuffer,
-            depth_,
-            {},
-            {.depth = gl::Compare::less,
-             .writeDepth = true,
-             .writeColor = {false, false, false, false},
-             .cull = gl::Cull::back}},
-           drawing_.mesh());
+  gl::SteppedDraws(depthStep_, progress)
+      .draw({targets.framebuffer,
+             depth_,
+             {},
+             {.depth = gl::Compare::less,
+              .writeDepth = true,
+              .writeColor = {false, false, false, false},
+              .cull = gl::Cull::back}},
+            drawing_.mesh());
   frame.stats.depthSeconds = lap();
-  drawAll(options, frame.stats);
+  drawAll(options, progress, frame.stats);
   frame.stats.drawSeconds = lap();
 
+  progress.checkpoint();
   frame.color = targets.color.read();
+  progress.checkpoint();
   frame.depth = targets.depth.read();
   const float white = isClamped ? static_cast<float>(options.white) : 1;
   for (size_t i = 0; i < frame.depth.values.size(); ++i) {
+    progress.checkNowAndThen(i);
     float& depth = frame.depth.values[i];
     const bool isObject = depth < 1;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -85,10 +90,11 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   return frame;
 }
 
-void FrameRenderer::drawAll(const FrameOptions& options, FrameStats& stats) {
+void FrameRenderer::drawAll(const FrameOptions& options, const Progress& progress, FrameStats& stats) {
+  gl::SteppedDraws draws(mapsStep_, progress);
   const size_t terms = stats.terms = std::min(options.terms.value_or(drawing_.terms()), drawing_.terms());
   const auto draw = [&](const TermRange& range, float factor, bool isSubtracted = false) {
-    drawTerms(range, factor, isSubtracted, options);
+    drawTerms(range, factor, isSubtracted, options, draws);
     ++stats.passes;
   };
   if (options.passes == Passes::single) return draw({drawing_.hasMean(), 0, terms}, 1);
@@ -102,20 +108,20 @@ void FrameRenderer::drawAll(const FrameOptions& options, FrameStats& stats) {
 }
 
 void FrameRenderer::drawTerms(const TermRange& range, float factor, bool isSubtracted,
-                              const FrameOptions& options) {
+                              const FrameOptions& options, gl::SteppedDraws& draws) {
   MapDrawing::setTerms(maps_, range);
   maps_.set("factor", factor);
   maps_.set("cutsNegative", options.passes == Passes::clamped ? 1 : 0);
   const auto textures = drawing_.textures();
-  gl::draw({targets_->framebuffer,
-            maps_,
-            textures,
-            {.blend = {gl::Factor::one, gl::Factor::one,
-                       isSubtracted ? gl::Equation::subtract : gl::Equation::add},
-             .depth = gl::Compare::equal,
-             .writeColor = {true, true, true, false},
-             .cull = gl::Cull::back}},
-           drawing_.mesh());
+  draws.draw({targets_->framebuffer,
+              maps_,
+              textures,
+              {.blend = {gl::Factor::one, gl::Factor::one,
+                         isSubtracted ? gl::Equation::subtract : gl::Equation::add},
+               .depth = gl::Compare::equal,
+               .writeColor = {true, true, true, false},
+               .cull = gl::Cull::back}},
+             drawing_.mesh());
 }
 
 } // namespace surflect::lfm

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "render/gl/context.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -20,6 +21,7 @@
 #include "render/lightfield/lfm/maps.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <optional>
@@ -54,8 +56,9 @@ public:
 
   // Equal arguments give equal bits, whatever was drawn before. Triangles before the near plane, a 10^4th of
   // the distance to the farthest point, are not drawn. Throws Error for a lens that is not a pinhole or
-  // distorts.
-  Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {});
+  // distorts, and Cancelled.
+  Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {},
+               const Progress& progress = {});
 
   const MapTextures& textures() const { return drawing_.maps(); }
 
@@ -67,13 +70,15 @@ private:
   };
   Targets& targetsOf(gl::Format format, int width, int height);
   // Draws terms times a factor: added, or subtracted.
-  void drawTerms(const TermRange& range, float factor, bool isSubtracted, const FrameOptions& options);
-  void drawAll(const FrameOptions& options, FrameStats& stats);
+  void drawTerms(const TermRange& range, float factor, bool isSubtracted, const FrameOptions& options,
+                 gl::SteppedDraws& draws);
+  void drawAll(const FrameOptions& options, const Progress& progress, FrameStats& stats);
 
   bool isSigned_;
   MapDrawing drawing_;
   gl::Program depth_, maps_;
   std::optional<Targets> targets_;
+  double depthStep_ = gl::SteppedDraws::kFirstStep, mapsStep_ = gl::SteppedDraws::kFirstStep;
 };
 
 } // namespace surflect::lfm

@@ -218,11 +218,13 @@ struct OpenLfm {
   }
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            const Progress&, method::FrameLayers& layers) {
+            const Progress& progress, method::FrameLayers& layers) {
     FrameOptions frameOptions = options.frame;
     frameOptions.white = options.white.value_or(white);
-    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions);
+    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions, progress);
+    progress.checkpoint();
     layers.color = image::squareMeans(frame.color, options.samples);
+    progress.checkpoint();
     if (lightfield::isAsked(aovs, "depth"))
       layers.aovs["depth"] = image::squareMinima(frame.depth, options.samples);
     layers.report.seconds = {{"depth", frame.stats.depthSeconds},

@@ -123,8 +123,8 @@ image::Image LumigraphFrame::distances(const gl::DepthRange& range, const image:
 }
 
 LumigraphFrame::Picture LumigraphFrame::render(const capture::Camera<AcquisitionSpace>& camera,
-                                               const Options& options,
-                                               std::map<std::string, double>& seconds) {
+                                               const Options& options, std::map<std::string, double>& seconds,
+                                               const Progress& progress) {
   const int samples = options.samples;
   assert(samples >= 1);
   capture::Camera<AcquisitionSpace> sampled = relativeTo(middle_, camera);
@@ -144,20 +144,25 @@ LumigraphFrame::Picture LumigraphFrame::render(const capture::Camera<Acquisition
   framebuffer.clearColor(0, {0, 0, 0, 0});
   framebuffer.clearDepth();
   depth_.set("clipFromObject", clipFromObject);
-  gl::draw({framebuffer,
-            depth_,
-            {},
-            {.depth = gl::Compare::less, .writeDepth = true, .writeColor = {false, false, false, false}}},
-           geometry_);
+  gl::SteppedDraws(depthStep_, progress)
+      .draw({framebuffer,
+             depth_,
+             {},
+             {.depth = gl::Compare::less, .writeDepth = true, .writeColor = {false, false, false, false}}},
+            geometry_);
   lap("depth");
   shade_.set("clipFromObject", clipFromObject);
   shade_.set("viewerObject", Eigen::Vector3f(sampled.center().raw().cast<float>()));
   std::array<const gl::Texture*, kSlabs> pictures{};
   for (size_t k = 0; k < kSlabs; ++k) pictures[k] = &pictures_[k];
-  gl::draw({framebuffer, shade_, pictures, {.depth = gl::Compare::equal}}, geometry_);
+  gl::SteppedDraws(shadeStep_, progress)
+      .draw({framebuffer, shade_, pictures, {.depth = gl::Compare::equal}}, geometry_);
   lap("shade");
+  progress.checkpoint();
   const image::Image color = target_->color.read();
+  progress.checkpoint();
   Picture picture{image::squareMeans(color, samples), {}};
+  progress.checkpoint();
   if (options.depth) picture.depth = image::squareMinima(distances(rangeOf(box_, sampled), color), samples);
   lap("read");
   return picture;

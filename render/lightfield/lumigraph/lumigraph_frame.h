@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/gl/buffers.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/projection.h"
@@ -10,6 +11,7 @@
 #include "render/lightfield/lumigraph/slab.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Geometry>
@@ -39,9 +41,9 @@ public:
     bool depth = false;
   };
   // Pixels, or samples, show what is at their centres. Adds the time of each stage to `seconds`. Throws Error
-  // for a camera that is not a pinhole or distorts.
+  // for a camera that is not a pinhole or distorts, and Cancelled.
   Picture render(const capture::Camera<AcquisitionSpace>& camera, const Options& options,
-                 std::map<std::string, double>& seconds);
+                 std::map<std::string, double>& seconds, const Progress& progress = {});
 
   size_t triangles() const { return geometry_.size() / 3; }
   size_t textureBytes() const { return textureBytes_; }
@@ -62,6 +64,7 @@ private:
   std::vector<gl::Texture> pictures_; // by slab
   gl::Program depth_, shade_;
   std::optional<Target> target_;
+  double depthStep_ = gl::SteppedDraws::kFirstStep, shadeStep_ = gl::SteppedDraws::kFirstStep;
   size_t textureBytes_ = 0;
 };
 

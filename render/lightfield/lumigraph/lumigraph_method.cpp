@@ -115,10 +115,10 @@ struct OpenLumigraph {
   RenderOptions options = {};
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            const Progress&, method::FrameLayers& layers) {
+            const Progress& progress, method::FrameLayers& layers) {
     const bool isDepthAsked = lightfield::isAsked(aovs, "depth");
     LumigraphFrame::Picture picture =
-        frame.render(camera, {options.samples, isDepthAsked}, layers.report.seconds);
+        frame.render(camera, {options.samples, isDepthAsked}, layers.report.seconds, progress);
     layers.color = std::move(picture.color);
     if (isDepthAsked) layers.aovs["depth"] = std::move(picture.depth);
     layers.report.counts = {{"work.pixels", lightfield::samplesOf(camera, options.samples)},

@@ -17,10 +17,12 @@ DepthPeeling::DepthPeeling(int width, int height)
 
 void DepthPeeling::draw(const gl::Framebuffer& target, const gl::Texture& color, const gl::Program& compose,
                         size_t most, FrameCounts& counts,
-                        const std::function<size_t(const PeeledLayer&)>& drawLayer) {
+                        const std::function<size_t(const PeeledLayer&)>& drawLayer,
+                        const Progress& progress) {
   counter_.bind(kCounter);
   size_t before = std::numeric_limits<size_t>::max(); // fragments of the layer before
   for (size_t layer = 0; layer < most; ++layer) {
+    progress.checkpoint();
     gl::Framebuffer& own = targets_[layer % 2];
     own.clearColor(0, {0, 0, 0, 0});
     own.clearDepth();

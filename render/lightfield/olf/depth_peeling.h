@@ -11,6 +11,7 @@
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
 #include "render/lightfield/olf/frame_parts.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <cstddef>
@@ -35,9 +36,10 @@ public:
 
   // Calls drawLayer(), which returns the number of fragments, for at most `most` layers, until one has none
   // or no fewer than the one before; and draws each onto the target by a program that reads it as texture 0,
-  // and the target's colour as texture 1, such as compose.frag.
+  // and the target's colour as texture 1, such as compose.frag. Throws Cancelled.
   void draw(const gl::Framebuffer& target, const gl::Texture& color, const gl::Program& compose, size_t most,
-            FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer);
+            FrameCounts& counts, const std::function<size_t(const PeeledLayer&)>& drawLayer,
+            const Progress& progress = {});
 
 private:
   gl::Texture color_;

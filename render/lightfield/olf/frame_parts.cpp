@@ -13,7 +13,8 @@ SquareMeans::Target::Target(int width, int height)
 
 SquareMeans::SquareMeans() : program_(kShaders, {"picture.vert", "means.frag"}), none_({}) {}
 
-image::Image SquareMeans::read(const gl::Texture& picture, int side) {
+image::Image SquareMeans::read(const gl::Texture& picture, int side, const Progress& progress) {
+  progress.checkpoint();
   const int width = picture.shape().width / side, height = picture.shape().height / side;
   assert(side * width == picture.shape().width && side * height == picture.shape().height);
   if (side == 1) return picture.read();
@@ -23,7 +24,8 @@ image::Image SquareMeans::read(const gl::Texture& picture, int side) {
   }
   program_.set("side", side);
   const std::array<const gl::Texture*, 1> textures{&picture};
-  gl::draw({target_->framebuffer, program_, textures}, none_, {0, 3});
+  gl::SteppedDraws(step_, progress).drawRows({target_->framebuffer, program_, textures}, none_);
+  progress.checkpoint();
   return target_->means.read();
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "render/gl/buffers.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <optional>
@@ -30,7 +32,8 @@ public:
   SquareMeans();
 
   // Reads the means of side * side pixels (>= 1) of an RGBA texture, whose sides are multiples of `side`.
-  image::Image read(const gl::Texture& picture, int side);
+  // Throws Cancelled.
+  image::Image read(const gl::Texture& picture, int side, const Progress& progress = {});
 
 private:
   struct Target {
@@ -42,6 +45,7 @@ private:
   gl::Program program_;
   gl::VertexArray none_;
   std::optional<Target> target_;
+  double step_ = gl::SteppedDraws::kFirstStep;
 };
 
 } // namespace surflect::olf

@@ -128,34 +128,38 @@ OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progres
     compose_.emplace(kShaders, std::initializer_list<std::string_view>{"picture.vert", "compose.frag"});
 }
 
-void OpacityFrame::drawLists(FrameCounts& counts) {
+void OpacityFrame::drawLists(FrameCounts& counts, const Progress& progress) {
   const std::array<const gl::Texture*, 1> textures{&pictures_};
-  lists_->draw(target_->whole, shade_, textures, none_, {0, 3 * pieceCount_}, counts);
+  lists_->draw(target_->whole, shade_, textures, none_, {0, 3 * pieceCount_}, counts, progress);
 }
 
-void OpacityFrame::drawLayers(FrameCounts& counts) {
+void OpacityFrame::drawLayers(FrameCounts& counts, const Progress& progress) {
   constexpr size_t kAll = std::numeric_limits<size_t>::max();
-  target_->layers->draw(target_->whole, target_->color, *compose_, kAll, counts,
-                        [&](const PeeledLayer& layer) {
-                          const std::array<const gl::Texture*, 2> textures{&pictures_, &layer.before};
-                          shade_.set("isFirst", layer.isFirst ? 1 : 0);
-                          gl::draw({layer.target,
-                                    shade_,
-                                    textures,
-                                    {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
-                                   none_, {0, 3 * pieceCount_});
-                          ++counts.passes;
-                          return layer.fragments.read(0);
-                        });
+  target_->layers->draw(
+      target_->whole, target_->color, *compose_, kAll, counts,
+      [&](const PeeledLayer& layer) {
+        const std::array<const gl::Texture*, 2> textures{&pictures_, &layer.before};
+        shade_.set("isFirst", layer.isFirst ? 1 : 0);
+        gl::SteppedDraws(step_, progress)
+            .draw({layer.target,
+                   shade_,
+                   textures,
+                   {.depth = gl::Compare::less, .writeDepth = true, .cull = gl::Cull::back}},
+                  none_, {0, 3 * pieceCount_});
+        ++counts.passes;
+        return layer.fragments.read(0);
+      },
+      progress);
 }
 
-void OpacityFrame::drawSorted(FrameCounts& counts) {
+void OpacityFrame::drawSorted(FrameCounts& counts, const Progress& progress) {
   const std::array<const gl::Texture*, 1> textures{&pictures_};
-  gl::draw({target_->whole,
-            shade_,
-            textures,
-            {.blend = {gl::Factor::one, gl::Factor::oneMinusSourceAlpha}, .cull = gl::Cull::back}},
-           none_, {0, 3 * pieceCount_});
+  gl::SteppedDraws(step_, progress)
+      .draw({target_->whole,
+             shade_,
+             textures,
+             {.blend = {gl::Factor::one, gl::Factor::oneMinusSourceAlpha}, .cull = gl::Cull::back}},
+            none_, {0, 3 * pieceCount_});
   ++counts.passes;
 }
 
@@ -168,7 +172,8 @@ std::map<std::string, size_t> OpacityFrame::auxiliaryBytes() const {
 
 image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camera,
                                   std::span<const TriangleBlend> blends,
-                                  std::map<std::string, double>& seconds, FrameCounts& counts, int side) {
+                                  std::map<std::string, double>& seconds, FrameCounts& counts, int side,
+                                  const Progress& progress) {
   const int width = camera.lens.width, height = camera.lens.height;
   if (!target_ || target_->color.shape().width != width || target_->color.shape().height != height) {
     target_.reset();
@@ -179,6 +184,7 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
     seconds[stage] += stopwatch.seconds();
     stopwatch = {};
   };
+  progress.checkpoint();
   if (tree_) {
     const std::vector<uint32_t> order = tree_->backToFront(camera.center().raw());
     lap("order");
@@ -190,13 +196,13 @@ image::Image OpacityFrame::render(const capture::Camera<AcquisitionSpace>& camer
   target_->whole.clearColor(0, {0, 0, 0, 0});
   lap("upload");
   if (order_ == Order::list)
-    drawLists(counts);
+    drawLists(counts, progress);
   else if (order_ == Order::peel)
-    drawLayers(counts);
+    drawLayers(counts, progress);
   else
-    drawSorted(counts);
+    drawSorted(counts, progress);
   lap("draw");
-  image::Image color = means_.read(target_->color, side);
+  image::Image color = means_.read(target_->color, side, progress);
   lap("read");
   return color;
 }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "render/gl/buffers.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -43,9 +44,10 @@ public:
   // RGBA, premultiplied, of means of side * side of the camera's pixels, which show what is at their centres.
   // `blends` are those of the camera's centre.
   // Adds seconds by stage: "order" of the BSP tree, on the CPU; "upload", "draw" and "read". Throws Error for
-  // a camera that is not a pinhole or distorts.
+  // a camera that is not a pinhole or distorts, and Cancelled.
   image::Image render(const capture::Camera<AcquisitionSpace>& camera, std::span<const TriangleBlend> blends,
-                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1);
+                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1,
+                      const Progress& progress = {});
 
   size_t pieces() const { return pieceCount_; }
   size_t textureBytes() const { return textureBytes_; }
@@ -60,9 +62,9 @@ private:
     Target(int width, int height, Order order);
   };
 
-  void drawLists(FrameCounts& counts);
-  void drawLayers(FrameCounts& counts);
-  void drawSorted(FrameCounts& counts);
+  void drawLists(FrameCounts& counts, const Progress& progress);
+  void drawLayers(FrameCounts& counts, const Progress& progress);
+  void drawSorted(FrameCounts& counts, const Progress& progress);
 
   const OpacityField& field_;
   Order order_;
@@ -77,6 +79,7 @@ private:
   std::optional<gl::Program> compose_; // of depth peeling
   std::optional<PerPixelLists> lists_;
   std::optional<Target> target_;
+  double step_ = gl::SteppedDraws::kFirstStep;
   SquareMeans means_;
   size_t textureBytes_ = 0;
 };

@@ -22,34 +22,36 @@ OpacityMapFrame::OpacityMapFrame(const OpacityMaps& maps, const gl::Limits& limi
   for (gl::Program* program : {&list_, &compose_}) program->set("white", static_cast<float>(maps.white));
 }
 
-void OpacityMapFrame::drawLists(size_t terms, FrameCounts& counts) {
+void OpacityMapFrame::drawLists(size_t terms, FrameCounts& counts, const Progress& progress) {
   lfm::MapDrawing::setTerms(list_, {drawing_.hasMean(), 0, terms});
   lists_.draw(target_->whole, list_, drawing_.textures(), drawing_.mesh(), {0, drawing_.mesh().size()},
-              counts);
+              counts, progress);
 }
 
 size_t OpacityMapFrame::drawLayer(const PeeledLayer& layer, size_t terms, lfm::Passes passes,
-                                  FrameCounts& counts) {
+                                  FrameCounts& counts, const Progress& progress) {
   const std::array<const gl::Texture*, 1> before{&layer.before};
   layerDepth_.set("isFirst", layer.isFirst ? 1 : 0);
-  gl::draw({layer.target,
-            layerDepth_,
-            before,
-            {.depth = gl::Compare::less,
-             .writeDepth = true,
-             .writeColor = {false, false, false, false},
-             .cull = gl::Cull::back}},
-           drawing_.mesh());
+  gl::SteppedDraws(depthStep_, progress)
+      .draw({layer.target,
+             layerDepth_,
+             before,
+             {.depth = gl::Compare::less,
+              .writeDepth = true,
+              .writeColor = {false, false, false, false},
+              .cull = gl::Cull::back}},
+            drawing_.mesh());
   ++counts.passes;
   const size_t found = layer.fragments.read(0);
   if (found == 0) return 0;
+  gl::SteppedDraws draws(mapsStep_, progress);
   const auto draw = [&](const lfm::TermRange& range, const gl::Blend& blend) {
     lfm::MapDrawing::setTerms(layerMaps_, range);
-    gl::draw({layer.target,
-              layerMaps_,
-              drawing_.textures(),
-              {.blend = blend, .depth = gl::Compare::equal, .cull = gl::Cull::back}},
-             drawing_.mesh());
+    draws.draw({layer.target,
+                layerMaps_,
+                drawing_.textures(),
+                {.blend = blend, .depth = gl::Compare::equal, .cull = gl::Cull::back}},
+               drawing_.mesh());
     ++counts.passes;
   };
   if (passes == lfm::Passes::single) {
@@ -62,16 +64,18 @@ size_t OpacityMapFrame::drawLayer(const PeeledLayer& layer, size_t terms, lfm::P
   return found;
 }
 
-void OpacityMapFrame::drawLayers(size_t terms, const MapFrameOptions& options, FrameCounts& counts) {
+void OpacityMapFrame::drawLayers(size_t terms, const MapFrameOptions& options, FrameCounts& counts,
+                                 const Progress& progress) {
   if (!target_->layers) target_->layers.emplace(target_->whole.width(), target_->whole.height());
   target_->layers->draw(
       target_->whole, target_->color, compose_, options.layers, counts,
-      [&](const PeeledLayer& layer) { return drawLayer(layer, terms, options.passes, counts); });
+      [&](const PeeledLayer& layer) { return drawLayer(layer, terms, options.passes, counts, progress); },
+      progress);
 }
 
 image::Image OpacityMapFrame::render(const capture::Camera<AcquisitionSpace>& camera,
                                      const MapFrameOptions& options, std::map<std::string, double>& seconds,
-                                     FrameCounts& counts, int side) {
+                                     FrameCounts& counts, int side, const Progress& progress) {
   assert(options.order != Order::bsp && options.passes != lfm::Passes::clamped);
   const int width = camera.lens.width, height = camera.lens.height;
   if (!target_ || target_->whole.width() != width || target_->whole.height() != height) {
@@ -87,11 +91,11 @@ image::Image OpacityMapFrame::render(const capture::Camera<AcquisitionSpace>& ca
   target_->whole.clearColor(0, {0, 0, 0, 0});
   const size_t terms = std::min(options.terms.value_or(drawing_.terms()), drawing_.terms());
   if (options.order == Order::list)
-    drawLists(terms, counts);
+    drawLists(terms, counts, progress);
   else
-    drawLayers(terms, options, counts);
+    drawLayers(terms, options, counts, progress);
   lap("draw");
-  image::Image color = means_.read(target_->color, side);
+  image::Image color = means_.read(target_->color, side, progress);
   lap("read");
   return color;
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "render/gl/context.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -17,6 +18,7 @@
 #include "render/lightfield/olf/per_pixel_lists.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 
 #include <cstddef>
 #include <map>
@@ -43,9 +45,10 @@ public:
 
   // RGBA, premultiplied, of means of side * side of the camera's pixels, which show what is at their centres.
   // Equal arguments give equal bits. Adds seconds by stage: "draw" and "read". Throws Error for a camera that
-  // is not a pinhole or distorts.
+  // is not a pinhole or distorts, and Cancelled.
   image::Image render(const capture::Camera<AcquisitionSpace>& camera, const MapFrameOptions& options,
-                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1);
+                      std::map<std::string, double>& seconds, FrameCounts& counts, int side = 1,
+                      const Progress& progress = {});
 
   const lfm::MapDrawing& drawing() const { return drawing_; }
 
@@ -57,14 +60,17 @@ private:
     Target(int width, int height);
   };
 
-  void drawLists(size_t terms, FrameCounts& counts);
-  void drawLayers(size_t terms, const MapFrameOptions& options, FrameCounts& counts);
-  size_t drawLayer(const PeeledLayer& layer, size_t terms, lfm::Passes passes, FrameCounts& counts);
+  void drawLists(size_t terms, FrameCounts& counts, const Progress& progress);
+  void drawLayers(size_t terms, const MapFrameOptions& options, FrameCounts& counts,
+                  const Progress& progress);
+  size_t drawLayer(const PeeledLayer& layer, size_t terms, lfm::Passes passes, FrameCounts& counts,
+                   const Progress& progress);
 
   lfm::MapDrawing drawing_;
   gl::Program list_, layerDepth_, layerMaps_, compose_;
   PerPixelLists lists_;
   std::optional<Target> target_;
+  double depthStep_ = gl::SteppedDraws::kFirstStep, mapsStep_ = gl::SteppedDraws::kFirstStep;
   SquareMeans means_;
 };
 

@@ -156,11 +156,11 @@ struct OpenOpacityMaps {
   size_t terms = 0; // of the maps
   MapRenderOptions options = {};
 
-  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&, const Progress&,
-            method::FrameLayers& layers) {
+  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&,
+            const Progress& progress, method::FrameLayers& layers) {
     FrameCounts counts;
     layers.color = frame.render(lightfield::sampled(camera, options.samples), options.frame,
-                                layers.report.seconds, counts, options.samples);
+                                layers.report.seconds, counts, options.samples, progress);
     const auto count = [](size_t number) { return static_cast<double>(number); };
     layers.report.counts = {
         {"work.texels", count(counts.fragments) * count(1 + options.frame.terms.value_or(terms))},

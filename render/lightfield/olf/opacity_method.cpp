@@ -135,13 +135,13 @@ struct OpenOpacity {
     return counts;
   }
 
-  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&, const Progress&,
-            method::FrameLayers& layers) {
+  void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>&,
+            const Progress& progress, method::FrameLayers& layers) {
     std::map<std::string, double>& seconds = layers.report.seconds;
-    const std::vector<TriangleBlend> blends = blender->blends(camera.center().raw(), &seconds);
+    const std::vector<TriangleBlend> blends = blender->blends(camera.center().raw(), &seconds, progress);
     FrameCounts counts;
-    layers.color =
-        frame->render(lightfield::sampled(camera, options.samples), blends, seconds, counts, options.samples);
+    layers.color = frame->render(lightfield::sampled(camera, options.samples), blends, seconds, counts,
+                                 options.samples, progress);
     layers.report.counts = {{"work.pixels", lightfield::samplesOf(camera, options.samples)},
                             {"passes", static_cast<double>(counts.passes)},
                             {"fragments", static_cast<double>(counts.fragments)},

@@ -18,7 +18,7 @@ PerPixelLists::PerPixelLists()
 
 void PerPixelLists::draw(const gl::Framebuffer& target, gl::Program& program,
                          std::span<const gl::Texture* const> textures, const gl::VertexArray& mesh,
-                         const gl::Range& part, FrameCounts& counts) {
+                         const gl::Range& part, FrameCounts& counts, const Progress& progress) {
   const size_t pixels = static_cast<size_t>(target.width()) * static_cast<size_t>(target.height());
   if (!heads_ || heads_->bytes() != 4 * pixels) {
     heads_.reset(), nodes_.reset();
@@ -33,16 +33,17 @@ void PerPixelLists::draw(const gl::Framebuffer& target, gl::Program& program,
     nodes_->bind(kNodes);
     heads_->clear(0), counter_.clear(0);
     program.set("capacity", static_cast<int>(capacity));
-    gl::draw(
-        {target, program, textures, {.writeColor = {false, false, false, false}, .cull = gl::Cull::back}},
-        mesh, part);
+    gl::SteppedDraws(drawStep_, progress)
+        .draw(
+            {target, program, textures, {.writeColor = {false, false, false, false}, .cull = gl::Cull::back}},
+            mesh, part);
     ++counts.passes;
     counts.fragments = counter_.read(0);
     if (counts.fragments <= capacity) break;
     nodes_.emplace(kNodeBytes * counts.fragments * 5 / 4); // and draw again
   }
   gl::finishStores();
-  gl::draw({target, resolve_, {}, {}}, none_, {0, 3});
+  gl::SteppedDraws(resolveStep_, progress).drawRows({target, resolve_, {}, {}}, none_);
 }
 
 } // namespace surflect::olf

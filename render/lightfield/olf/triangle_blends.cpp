@@ -96,18 +96,22 @@ ClosestViews ViewBlender::closest(uint32_t vertex, const Vec3<double>& viewer) c
 }
 
 std::vector<TriangleBlend> ViewBlender::blends(const Vec3<double>& viewer,
-                                               std::map<std::string, double>* seconds) const {
+                                               std::map<std::string, double>* seconds,
+                                               const Progress& progress) const {
   Stopwatch stopwatch;
   const auto lap = [&](const char* stage) {
     if (seconds) (*seconds)[stage] += stopwatch.seconds();
     stopwatch = {};
   };
   std::vector<ClosestViews> ofVertex(field_.mesh.positions.size());
-  tbb::parallel_for(size_t{0}, vertices_.size(),
-                    [&](size_t i) { ofVertex[vertices_[i]] = closest(vertices_[i], viewer); });
+  tbb::parallel_for(size_t{0}, vertices_.size(), [&](size_t i) {
+    progress.checkNowAndThen(i);
+    ofVertex[vertices_[i]] = closest(vertices_[i], viewer);
+  });
   lap("closest views");
   std::vector<TriangleBlend> blends(field_.mesh.triangles.size());
   tbb::parallel_for(size_t{0}, blends.size(), [&](size_t t) {
+    progress.checkNowAndThen(t);
     const auto& [a, b, c] = corners_[t];
     blends[t] = combined({ofVertex[a], ofVertex[b], ofVertex[c]});
   });

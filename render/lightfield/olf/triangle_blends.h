@@ -42,9 +42,10 @@ public:
   // along its normal.
   ClosestViews closest(uint32_t vertex, const Vec3<double>& viewer) const;
   // Blend of each triangle. Equal for any number of threads. Adds seconds by stage: "closest views" of
-  // vertices, and "blends" of triangles.
+  // vertices, and "blends" of triangles. Throws Cancelled.
   std::vector<TriangleBlend> blends(const Vec3<double>& viewer,
-                                    std::map<std::string, double>* seconds = nullptr) const;
+                                    std::map<std::string, double>* seconds = nullptr,
+                                    const Progress& progress = {}) const;
 
   // Bytes of what is kept beside mesh and pictures, by name.
   std::map<std::string, size_t> bytes() const;

@@ -172,7 +172,8 @@ std::vector<FrameRenderer::Draw> FrameRenderer::drawsOf(const PassPlan& plan, St
   return draws;
 }
 
-Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options) {
+Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options,
+                            const Progress& progress) {
   const Eigen::AlignedBox3d& box = buffers_.boxCentred();
   const gl::DepthRange range =
       box.isEmpty() ? gl::DepthRange{}
@@ -204,9 +205,9 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   for (size_t attachment = 0; attachment < (twoTargets ? 2 : 1); ++attachment)
     target.clearColor(attachment, {0, 0, 0, 0});
   target.clearDepth();
-  drawDepth(target);
+  drawDepth(target, progress);
   try {
-    stats.triangles = drawAll(draws, target, used);
+    stats.triangles = drawAll(draws, target, used, progress);
   } catch (...) {
     slots_.forget();
     throw;
@@ -215,24 +216,26 @@ Frame FrameRenderer::render(const capture::Camera<AcquisitionSpace>& camera, con
   stats.drawSeconds = drawing.seconds() - stats.textures.seconds;
 
   const Stopwatch reading;
-  Frame frame = read(targets, range, used);
+  Frame frame = read(targets, range, used, progress);
   stats.readSeconds = reading.seconds();
   frame.stats = stats;
   return frame;
 }
 
 size_t FrameRenderer::drawAll(std::span<const Draw> draws, gl::Framebuffer& target,
-                              const FrameOptions& options) {
+                              const FrameOptions& options, const Progress& progress) {
   size_t triangles = 0;
+  gl::SteppedDraws stepped(regionStep_, progress);
   // Uploads into textures that draws use are slow, so draws wait until a slot must be replaced.
   std::vector<PlacedDraw> waiting;
   std::vector<bool> isWaited(slots_.shape().count); // by slot
   const auto drawWaiting = [&] {
-    for (const PlacedDraw& placed : waiting) drawPlaced(placed, target, options);
+    for (const PlacedDraw& placed : waiting) drawPlaced(placed, target, options, stepped);
     waiting.clear();
     isWaited.assign(isWaited.size(), false);
   };
   for (const Draw& draw : draws) {
+    progress.checkpoint();
     TextureSlots::Group group = slots_.place(draw.passes->region, draw.directions);
     if (std::ranges::any_of(group.places,
                             [&](const auto& place) { return !place.isHit && isWaited[place.slot]; }))
@@ -246,22 +249,23 @@ size_t FrameRenderer::drawAll(std::span<const Draw> draws, gl::Framebuffer& targ
   return triangles;
 }
 
-void FrameRenderer::drawDepth(gl::Framebuffer& target) {
-  gl::draw({target,
-            depth_,
-            {},
-            {.depth = gl::Compare::less,
-             .writeDepth = true,
-             .writeColor = {false, false, false, false},
-             .cull = gl::Cull::back}},
-           buffers_.mesh());
+void FrameRenderer::drawDepth(gl::Framebuffer& target, const Progress& progress) {
+  gl::SteppedDraws(depthStep_, progress)
+      .draw({target,
+             depth_,
+             {},
+             {.depth = gl::Compare::less,
+              .writeDepth = true,
+              .writeColor = {false, false, false, false},
+              .cull = gl::Cull::back}},
+            buffers_.mesh());
 }
 
-void FrameRenderer::drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target,
-                               const FrameOptions& options) {
-  if (options.method == Stages::fused) return drawFused(placed, target);
+void FrameRenderer::drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target, const FrameOptions& options,
+                               gl::SteppedDraws& stepped) {
+  if (options.method == Stages::fused) return drawFused(placed, target, stepped);
   if (options.basisStage) drawBasis(placed.draw, target, options);
-  if (options.regionStage) drawRegion(placed, target);
+  if (options.regionStage) drawRegion(placed, target, stepped);
 }
 
 // Writes the hat function into alpha; 0 at triangles that are drawn, but not at the direction.
@@ -292,25 +296,25 @@ void FrameRenderer::drawBasis(const Draw& draw, gl::Framebuffer& target, const F
   }
 }
 
-void FrameRenderer::drawRegion(const PlacedDraw& placed, gl::Framebuffer& target) {
+void FrameRenderer::drawRegion(const PlacedDraw& placed, gl::Framebuffer& target, gl::SteppedDraws& stepped) {
   const RegionPasses& passes = *placed.draw.passes;
   const Chart& chart = field_->regions[passes.region].chart;
   region_.set("textureExtent",
               Eigen::Vector2f(static_cast<float>(chart.width), static_cast<float>(chart.height)));
   region_.set("slot", static_cast<float>(placed.group.places.front().slot));
   const std::array<const gl::Texture*, 1> textures{&slots_.texture()};
-  gl::draw({target,
-            region_,
-            textures,
-            {.blend = {gl::Factor::targetAlpha, gl::Factor::one},
-             .depth = gl::Compare::equal,
-             .writeColor = {true, true, true, false},
-             .cull = gl::Cull::back,
-             .scissor = passes.scissor}},
-           buffers_.mesh(), buffers_.partOf(passes.region));
+  stepped.draw({target,
+                region_,
+                textures,
+                {.blend = {gl::Factor::targetAlpha, gl::Factor::one},
+                 .depth = gl::Compare::equal,
+                 .writeColor = {true, true, true, false},
+                 .cull = gl::Cull::back,
+                 .scissor = passes.scissor}},
+               buffers_.mesh(), buffers_.partOf(passes.region));
 }
 
-void FrameRenderer::drawFused(const PlacedDraw& placed, gl::Framebuffer& target) {
+void FrameRenderer::drawFused(const PlacedDraw& placed, gl::Framebuffer& target, gl::SteppedDraws& stepped) {
   const Draw& draw = placed.draw;
   const Region& region = field_->regions[draw.passes->region];
   const DirectionMesh& mesh = field_->directionsOf(draw.passes->region);
@@ -335,17 +339,19 @@ void FrameRenderer::drawFused(const PlacedDraw& placed, gl::Framebuffer& target)
                                               static_cast<float>(region.chart.height)));
   const std::array<const gl::Texture*, 2> textures{&slots_.texture(),
                                                    &buffers_.rowTexture(region.directionMesh)};
-  gl::draw({target,
-            fused_,
-            textures,
-            {.depth = gl::Compare::equal, .cull = gl::Cull::back, .scissor = draw.passes->scissor}},
-           buffers_.mesh(), buffers_.partOf(draw.passes->region));
+  stepped.draw({target,
+                fused_,
+                textures,
+                {.depth = gl::Compare::equal, .cull = gl::Cull::back, .scissor = draw.passes->scissor}},
+               buffers_.mesh(), buffers_.partOf(draw.passes->region));
 }
 
-Frame FrameRenderer::read(const Targets& targets, const gl::DepthRange& range,
-                          const FrameOptions& options) const {
+Frame FrameRenderer::read(const Targets& targets, const gl::DepthRange& range, const FrameOptions& options,
+                          const Progress& progress) const {
   Frame frame;
+  progress.checkpoint();
   frame.color = targets.color.read();
+  progress.checkpoint();
   frame.depth = targets.depth.read();
   if (options.observed) {
     frame.observed = image::Image(frame.color.width, frame.color.height, 1);
@@ -355,6 +361,7 @@ Frame FrameRenderer::read(const Targets& targets, const gl::DepthRange& range,
           options.method == Stages::fused ? frame.color.values[4 * i + 3] : source.values[4 * i];
   }
   for (size_t i = 0; i < frame.depth.values.size(); ++i) {
+    progress.checkNowAndThen(i);
     float& depth = frame.depth.values[i];
     const bool isObject = depth < 1;
     frame.color.values[4 * i + 3] = isObject ? 1.f : 0.f;

@@ -23,6 +23,7 @@
 #include "render/lightfield/slf/texture_slots.h"
 #include "srf/capture/camera.h"
 #include "srf/image/image.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <Eigen/Core>
@@ -116,8 +117,10 @@ public:
 
   // Equal arguments give equal bits, whatever was drawn before. Plan options, budgets and policies do not
   // change the bits. Triangles before the near plane, a 10^4th of the distance to the farthest point, are not
-  // drawn. Throws Error for a lens that is not a pinhole or distorts, and where texels cannot be read.
-  Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {});
+  // drawn. Throws Error for a lens that is not a pinhole or distorts, and where texels cannot be read; and
+  // Cancelled.
+  Frame render(const capture::Camera<AcquisitionSpace>& camera, const FrameOptions& options = {},
+               const Progress& progress = {});
 
   const TextureSlots& slots() const { return slots_; }
 
@@ -141,14 +144,17 @@ private:
   Targets& targetsOf(int width, int height);
   std::vector<Draw> drawsOf(const PassPlan& plan, Stages method) const;
   void setCamera(const capture::Camera<AcquisitionSpace>& camera, const gl::DepthRange& range);
-  void drawDepth(gl::Framebuffer& target);
+  void drawDepth(gl::Framebuffer& target, const Progress& progress);
   // Draws all passes in order, and returns the number of the mesh's triangles drawn.
-  size_t drawAll(std::span<const Draw> draws, gl::Framebuffer& target, const FrameOptions& options);
-  void drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target, const FrameOptions& options);
+  size_t drawAll(std::span<const Draw> draws, gl::Framebuffer& target, const FrameOptions& options,
+                 const Progress& progress);
+  void drawPlaced(const PlacedDraw& placed, gl::Framebuffer& target, const FrameOptions& options,
+                  gl::SteppedDraws& stepped);
   void drawBasis(const Draw& draw, gl::Framebuffer& target, const FrameOptions& options);
-  void drawRegion(const PlacedDraw& placed, gl::Framebuffer& target);
-  void drawFused(const PlacedDraw& placed, gl::Framebuffer& target);
-  Frame read(const Targets& targets, const gl::DepthRange& range, const FrameOptions& options) const;
+  void drawRegion(const PlacedDraw& placed, gl::Framebuffer& target, gl::SteppedDraws& stepped);
+  void drawFused(const PlacedDraw& placed, gl::Framebuffer& target, gl::SteppedDraws& stepped);
+  Frame read(const Targets& targets, const gl::DepthRange& range, const FrameOptions& options,
+             const Progress& progress) const;
 
   const Field* field_;
   FieldBuffers buffers_;
@@ -157,6 +163,7 @@ private:
   gl::VertexArray cornersOnly_{{}};
   gl::Program depth_, basis_, gouraud_, region_, fused_;
   std::optional<Targets> targets_;
+  double depthStep_ = gl::SteppedDraws::kFirstStep, regionStep_ = gl::SteppedDraws::kFirstStep;
 };
 
 } // namespace surflect::slf

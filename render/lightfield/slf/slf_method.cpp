@@ -135,12 +135,14 @@ struct OpenSlf {
         frames(opened.field, *opened.textures, {.bytes = cacheBytes}, context->describe().limits) {}
 
   void draw(const capture::Camera<AcquisitionSpace>& camera, const std::vector<std::string>& aovs,
-            const Progress&, method::FrameLayers& layers) {
+            const Progress& progress, method::FrameLayers& layers) {
     FrameOptions frameOptions = options.frame;
     frameOptions.observed = lightfield::isAsked(aovs, "observed");
-    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions);
+    const Frame frame = frames.render(lightfield::sampled(camera, options.samples), frameOptions, progress);
+    progress.checkpoint();
     layers.color = image::squareMeans(frame.color, options.samples);
     if (frameOptions.observed) layers.aovs["observed"] = image::squareMeans(frame.observed, options.samples);
+    progress.checkpoint();
     if (lightfield::isAsked(aovs, "depth"))
       layers.aovs["depth"] = image::squareMinima(frame.depth, options.samples);
     const FrameStats& stats = frame.stats;

@@ -8,11 +8,14 @@
 
 namespace surflect::spherical {
 
-FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look) {
+FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look,
+                    const Progress& progress) {
   FramePlan plan;
   for (const LevelShare& share : levelShares(look.detail, tree.levels()))
-    for (const Pencil& pencil : visiblePencils(tree, share.level, window))
+    for (const Pencil& pencil : visiblePencils(tree, share.level, window, progress)) {
+      progress.checkpoint();
       appendTriangles(tree, pencil, share.weight, look.interpolated, plan.triangles);
+    }
   std::unordered_set<ImageNumber> known;
   for (const WeightedTriangle& triangle : plan.triangles)
     if (const ImageNumber image = imageOf(triangle.pencil); known.insert(image).second)

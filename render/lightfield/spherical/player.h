@@ -23,7 +23,8 @@ struct FramePlan {
   std::vector<ImageNumber> images; // of these triangles, each once, in the order of its first triangle
 };
 
-FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look);
+FramePlan planFrame(const DirectionTree& tree, const Window& window, const Look& look,
+                    const Progress& progress = {});
 
 // Work of a frame, by which its time is predicted.
 struct FrameCounts {

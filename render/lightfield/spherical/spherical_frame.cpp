@@ -134,7 +134,8 @@ void SphericalFrame::upload(uint32_t slot, const PencilImage& image) {
   }
 }
 
-void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples) {
+void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples,
+                           const Progress& progress) {
   assert(samples >= 1);
   windowOf(camera, shape_.sphere); // refuses cameras
   samples_ = samples;
@@ -150,7 +151,7 @@ void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, cons
     for (const unsigned attachment : {0u, 1u})
       target_->levels[level].framebuffer.clearColor(attachment, {0, 0, 0, 0});
   showsSurface_ = look.depth;
-  if (showsSurface_) drawSurface();
+  if (showsSurface_) drawSurface(progress);
   const double distance = (camera.center().raw() - shape_.sphere.middle).norm();
   const double focal = std::min(camera_.lens.focalX, camera_.lens.focalY);
   const double mip =
@@ -162,7 +163,7 @@ void SphericalFrame::begin(const capture::Camera<AcquisitionSpace>& camera, cons
   program_.set("depthCorrected", look.depth ? 1 : 0);
 }
 
-void SphericalFrame::drawSurface() {
+void SphericalFrame::drawSurface(const Progress& progress) {
   target_->surfaceFramebuffer.clearColor(0, {0, 0, 0, 0});
   target_->surfaceFramebuffer.clearDepth();
   if (!surface_) return;
@@ -174,18 +175,20 @@ void SphericalFrame::drawSurface() {
   surfaceProgram_.set("rayOfPixel", Eigen::Matrix3f(rayOfPixel(camera_, shape_.sphere).cast<float>()));
   surfaceProgram_.set("axis", Eigen::Vector3f(axis.cast<float>()));
   const gl::Texture* const corners = &surface_->corners;
-  gl::draw({target_->surfaceFramebuffer,
-            surfaceProgram_,
-            {&corners, 1},
-            {.depth = gl::Compare::less, .writeDepth = true}},
-           surface_->triangles);
+  gl::SteppedDraws(surfaceStep_, progress)
+      .draw({target_->surfaceFramebuffer,
+             surfaceProgram_,
+             {&corners, 1},
+             {.depth = gl::Compare::less, .writeDepth = true}},
+            surface_->triangles);
 }
 
-void SphericalFrame::add(std::span<const TexturedTriangle> triangles) {
-  for (size_t level = 0; level < shares_.size(); ++level) addLevel(triangles, level);
+void SphericalFrame::add(std::span<const TexturedTriangle> triangles, const Progress& progress) {
+  for (size_t level = 0; level < shares_.size(); ++level) addLevel(triangles, level, progress);
 }
 
-void SphericalFrame::addLevel(std::span<const TexturedTriangle> triangles, size_t level) {
+void SphericalFrame::addLevel(std::span<const TexturedTriangle> triangles, size_t level,
+                              const Progress& progress) {
   Vertices vertices;
   const Vec3<double> viewer = camera_.center().raw();
   for (const TexturedTriangle& triangle : triangles) {
@@ -203,26 +206,30 @@ void SphericalFrame::addLevel(std::span<const TexturedTriangle> triangles, size_
                                                        {3, 3, bytes(vertices.viewers)}}};
   const gl::VertexArray mesh(attributes);
   const std::array<const gl::Texture*, 3> textures{&colors_, &heights_, &target_->surface};
-  gl::draw({target_->levels[level].framebuffer,
-            program_,
-            textures,
-            {.blend = {gl::Factor::one, gl::Factor::one, gl::Equation::add},
-             .depth = showsSurface_ ? gl::Compare::greater : gl::Compare::always}}, // on the object alone
-           mesh);
+  gl::SteppedDraws(pencilStep_, progress)
+      .draw({target_->levels[level].framebuffer,
+             program_,
+             textures,
+             {.blend = {gl::Factor::one, gl::Factor::one, gl::Equation::add},
+              .depth = showsSurface_ ? gl::Compare::greater : gl::Compare::always}}, // on the object alone
+            mesh);
 }
 
-Picture SphericalFrame::read(bool depth) {
+Picture SphericalFrame::read(bool depth, const Progress& progress) {
   const gl::TextureShape& shape = target_->surface.shape();
   image::Image color(shape.width, shape.height, 4), distances(shape.width, shape.height, 1);
   const size_t pixels = distances.values.size();
   for (size_t level = 0; level < shares_.size(); ++level) {
+    progress.checkpoint();
     const image::Image sums = target_->levels[level].color.read();
     if (!showsSurface_ && !depth) {
       for (size_t i = 0; i < sums.values.size(); ++i) color.values[i] += sums.values[i];
       continue;
     }
+    progress.checkpoint();
     const image::Image others = target_->levels[level].weightOrDepth.read();
     for (size_t i = 0; i < pixels; ++i) {
+      progress.checkNowAndThen(i);
       const float sum = others.values[i];
       const float factor = !showsSurface_ ? 1 : sum > 0 ? static_cast<float>(shares_[level].weight) / sum : 0;
       for (size_t channel = 4 * i; channel < 4 * i + 4; ++channel)
@@ -230,10 +237,13 @@ Picture SphericalFrame::read(bool depth) {
       if (!showsSurface_) distances.values[i] += sum;
     }
   }
+  progress.checkpoint();
   Picture picture{image::squareMeans(color, samples_), {}};
   if (!depth) return picture;
+  progress.checkpoint();
   const image::Image surface = showsSurface_ ? target_->surface.read() : image::Image();
   for (size_t i = 0; i < pixels; ++i) {
+    progress.checkNowAndThen(i);
     const float alpha = color.values[4 * i + 3];
     float& distance = distances.values[i];
     if (!(alpha > 0))
@@ -241,6 +251,7 @@ Picture SphericalFrame::read(bool depth) {
     else
       distance = showsSurface_ ? surface.values[4 * i + 3] : distance / alpha;
   }
+  progress.checkpoint();
   picture.depth = image::squareMinima(distances, samples_);
   return picture;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "render/gl/buffers.h"
+#include "render/gl/draw.h"
 #include "render/gl/framebuffer.h"
 #include "render/gl/program.h"
 #include "render/gl/texture.h"
@@ -11,6 +12,7 @@
 #include "render/lightfield/spherical/pencil_weights.h"
 #include "render/lightfield/spherical/reference.h"
 #include "srf/capture/camera.h"
+#include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <Eigen/Geometry>
@@ -41,12 +43,13 @@ public:
   void upload(uint32_t slot, const PencilImage& image) override;
 
   // Begins a picture with samples x samples for each pixel. Throws Error for a camera that is not a pinhole
-  // or distorts.
-  void begin(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples);
+  // or distorts, and Cancelled, as the functions below.
+  void begin(const capture::Camera<AcquisitionSpace>& camera, const Look& look, int samples,
+             const Progress& progress = {});
   // Adds triangles to the picture.
-  void add(std::span<const TexturedTriangle> triangles);
+  void add(std::span<const TexturedTriangle> triangles, const Progress& progress = {});
   // The picture; its depth only if it is asked for.
-  Picture read(bool depth);
+  Picture read(bool depth, const Progress& progress = {});
   size_t textureBytes() const { return textureBytes_; }
 
 private:
@@ -68,14 +71,15 @@ private:
     gl::Texture corners; // as in surface.frag
     Eigen::AlignedBox3d box;
   };
-  void drawSurface();
-  void addLevel(std::span<const TexturedTriangle> triangles, size_t level);
+  void drawSurface(const Progress& progress);
+  void addLevel(std::span<const TexturedTriangle> triangles, size_t level, const Progress& progress);
 
   FieldShape shape_;
   std::vector<ImageAxes> axes_; // by image
   gl::Texture colors_, heights_;
   gl::Program program_, surfaceProgram_;
   std::optional<Surface> surface_; // empty if it has no triangles
+  double surfaceStep_ = gl::SteppedDraws::kFirstStep, pencilStep_ = gl::SteppedDraws::kFirstStep;
   // State of the picture that was begun.
   bool showsSurface_ = false;
   std::vector<LevelShare> shares_;

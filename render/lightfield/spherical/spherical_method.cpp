@@ -130,7 +130,7 @@ struct OpenSpherical {
     isInTime ? drawInTime(camera, look, layers) : drawWhole(camera, look, progress, layers);
     const bool isDepthAsked = lightfield::isAsked(aovs, "depth");
     const gl::Stopwatch reading;
-    Picture picture = frame.read(isDepthAsked);
+    Picture picture = frame.read(isDepthAsked, progress);
     layers.report.seconds["read"] = reading.seconds();
     layers.color = std::move(picture.color);
     if (isDepthAsked) layers.aovs["depth"] = std::move(picture.depth);
@@ -138,19 +138,19 @@ struct OpenSpherical {
   }
 
 private:
-  auto addTriangles() {
-    return [this](std::span<const TexturedTriangle> triangles) { frame.add(triangles); };
+  auto addTriangles(const Progress& progress) {
+    return [this, &progress](std::span<const TexturedTriangle> triangles) { frame.add(triangles, progress); };
   }
 
   // Every pencil shows its own image, however long loading takes.
   void drawWhole(const capture::Camera<AcquisitionSpace>& camera, const Look& look, const Progress& progress,
                  method::FrameLayers& layers) {
     gl::Stopwatch planning;
-    const FramePlan plan = planFrame(tree, windowOf(camera, file.shape().sphere), look);
-    frame.begin(camera, look, options.samples);
+    const FramePlan plan = planFrame(tree, windowOf(camera, file.shape().sphere), look, progress);
+    frame.begin(camera, look, options.samples, progress);
     layers.report.seconds["plan"] = planning.seconds();
     const gl::Stopwatch drawing;
-    const FrameCounts counts = drawAll(plan, cache, addTriangles(), progress);
+    const FrameCounts counts = drawAll(plan, cache, addTriangles(progress), progress);
     layers.report.seconds["draw"] = drawing.seconds();
     const double drawn = static_cast<double>(levelShares(look.detail, tree.levels()).size()) *
                          (look.interpolated ? 6 : 1) * (look.depth ? 2 : 1);
@@ -161,11 +161,12 @@ private:
 
   void drawInTime(const capture::Camera<AcquisitionSpace>& camera, const Look& look,
                   method::FrameLayers& layers) {
+    static const Progress kWhole; // a frame within a budget is not given up: its time is measured
     const Stopwatch watch;
     const FrameRecord record =
         flight->frame(windowOf(camera, file.shape().sphere), look,
                       {[&](const Look& chosen) { frame.begin(camera, chosen, options.samples); },
-                       addTriangles(), [] { gl::finish(); }, [&] { return watch.seconds(); }});
+                       addTriangles(kWhole), [] { gl::finish(); }, [&] { return watch.seconds(); }});
     layers.report.seconds["draw"] = record.seconds;
     layers.report.counts = {{"level", record.detail.level},
                             {"coarser_mips", record.detail.coarser},

@@ -104,7 +104,8 @@ Window wholeWindow(Window window) {
   return window;
 }
 
-std::vector<Pencil> visiblePencils(const DirectionTree& tree, size_t level, const Window& window) {
+std::vector<Pencil> visiblePencils(const DirectionTree& tree, size_t level, const Window& window,
+                                   const Progress& progress) {
   const auto isVisible = [&](const Pencil& pencil) {
     const Corners corners = tree.corners(pencil);
     return overlapsWindow(corners, window) && overlapsCone(corners, window);
@@ -114,10 +115,12 @@ std::vector<Pencil> visiblePencils(const DirectionTree& tree, size_t level, cons
     if (isVisible({0, face})) visible.push_back({0, face});
   for (uint32_t finer = 1; finer <= level; ++finer) {
     std::vector<Pencil> children;
-    for (const Pencil& parent : visible)
+    for (const Pencil& parent : visible) {
+      progress.checkpoint();
       for (uint32_t child = 0; child < 4; ++child)
         if (const Pencil pencil{finer, 4 * parent.index + child}; isVisible(pencil))
           children.push_back(pencil);
+    }
     visible = std::move(children);
   }
   return visible;

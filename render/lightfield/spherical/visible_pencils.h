@@ -11,6 +11,7 @@
 #include "render/lightfield/spherical/direction_tree.h"
 #include "render/lightfield/spherical/pencil_image.h"
 #include "srf/capture/camera.h"
+#include "surfel/base/time.h"
 
 #include <array>
 #include <cstddef>
@@ -32,7 +33,9 @@ Window windowOf(const capture::Camera<AcquisitionSpace>& camera, const Sphere& s
 Window wholeWindow(Window window);
 
 // Pencils of a level whose directions overlap the window and the cone, by their indices.
-std::vector<Pencil> visiblePencils(const DirectionTree& tree, size_t level, const Window& window);
+// Throws Cancelled.
+std::vector<Pencil> visiblePencils(const DirectionTree& tree, size_t level, const Window& window,
+                                   const Progress& progress = {});
 
 // Expected number of pencils that a randomly turned window overlaps, N = Omega / a + 1 + L_w L_t / (2 pi a).
 // The cone does not count.

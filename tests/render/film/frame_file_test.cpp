@@ -18,6 +18,8 @@ method::FrameLayers randomFilm() {
   film.aovs["depth"] = image::randomImage(13, 9, 1, 1, 5, 2);
   film.aovs["depth"].at(3, 4)[0] = std::numeric_limits<float>::infinity();
   film.aovs["normal"] = image::randomImage(13, 9, 3, -1, 1, 3);
+  film.aovs["position"] = image::randomImage(13, 9, 3, 1000, 1001, 7);
+  film.aovs["rest"] = image::randomImage(13, 9, 3, -1, 1, 8);
   film.aovs["camera_blend"] = image::randomImage(13, 9, 3, 0, 1, 4);
   film.aovs["light_blend"] = image::randomImage(13, 9, 3, 0, 1, 5);
   film.aovs["stretch"] = image::randomImage(13, 9, 1, 1, 3, 6);
@@ -41,7 +43,7 @@ TEST(FrameLayers, LayersAndMetadataComeBack) {
   const image::ExrFile file(folder / "film.exr");
   EXPECT_EQ(file.attribute("surflect.identity"), "script 1 model 2");
   EXPECT_EQ(file.attribute("surflect.frame"), "7");
-  EXPECT_EQ(file.channels().size(), 4u + 1 + 3 + 3 + 3 + 1);
+  EXPECT_EQ(file.channels().size(), 4u + 1 + 3 + 3 + 3 + 3 + 3 + 1);
 
   const auto isBack = [&](const image::ChannelSet& channels, const image::Image& wanted, float relative) {
     const image::Image got = file.read(channels);
@@ -55,6 +57,9 @@ TEST(FrameLayers, LayersAndMetadataComeBack) {
   for (const std::string blend : {"camera_blend", "light_blend"})
     isBack({blend + ".R", blend + ".G", blend + ".B"}, film.aovs.at(blend), half);
   isBack({"stretch.V"}, film.aovs.at("stretch"), half);
+  for (const std::string place : {"position", "rest"})
+    EXPECT_EQ(file.read(image::ChannelSet{place + ".X", place + ".Y", place + ".Z"}).values,
+              film.aovs.at(place).values);
   EXPECT_EQ(file.read(image::ChannelSet{"depth.Z"}).values,
             film.aovs.at("depth").values); // with its infinity
 }

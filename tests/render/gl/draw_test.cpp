@@ -5,6 +5,8 @@
 #include "tests/render/clouds.h"
 #include "tests/render/gl/gl_test.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -293,6 +295,49 @@ TEST_F(DrawTest, AnIncompleteFramebufferIsNamed) {
   EXPECT_EQ(
       image::errorOf([&] { Framebuffer("none", {}); }),
       "OpenGL: framebuffer 'none': found no attachment, expected textures that can be drawn into together");
+}
+
+// Whatever a step can do, and whether or not the draw is given up at last.
+TEST_F(DrawTest, StepsDrawThePixelsOfOneDraw) {
+  const Mesh<ObjectSpace> mesh = bumpySphere(40, 20);
+  const VertexArray array = vertexArrayOf(mesh);
+  const Texture color({Format::rgba32f, kSide, kSide});
+  Framebuffer target("target", {{&color}});
+  const Program program = colorProgram({0.1f, 0.2f, 0.3f, 0.4f});
+  const auto drawn = [&](auto&& draws) {
+    target.clearColor(0, {0, 0, 0, 0});
+    draws();
+    return color.read().values;
+  };
+  const RenderState overlaid{.blend = {Factor::one, Factor::oneMinusSourceAlpha}};
+  const std::vector<float> expected = drawn([&] { draw({target, program, {}, overlaid}, array); });
+  Progress progress;
+  size_t calls = 0;
+  progress.cancelled = [&] { return ++calls > 1000000; };
+  for (double step : {1.0, 1e5, 3e7, 1e15}) {
+    calls = 0;
+    EXPECT_EQ(drawn([&] {
+                SteppedDraws(step, progress).draw({target, program, {}, overlaid}, array);
+              }),
+              expected);
+  }
+  EXPECT_EQ(calls, 0u); // no work fills the last step
+  double step = 1;
+  progress.cancelled = [&] { return true; };
+  EXPECT_THROW(SteppedDraws(step, progress).draw({target, program, {}, overlaid}, array), Cancelled);
+  step = 1;
+  EXPECT_EQ(drawn([&] { SteppedDraws(step, {}).draw({target, program, {}, overlaid}, array); }), expected);
+
+  const std::array<float, 9> corners{-1, -1, 0, 3, -1, 0, -1, 3, 0}; // covers the target
+  const VertexArray picture = arrayOf(corners);
+  const std::vector<float> filled = drawn([&] { draw({target, program, {}, overlaid}, picture); });
+  EXPECT_GT(std::ranges::min(filled), 0);
+  progress.cancelled = [&] { return false; };
+  for (double rows : {1.0, 3.0 * kSide, 1e15})
+    EXPECT_EQ(drawn([&] {
+                SteppedDraws(rows, progress).drawRows({target, program, {}, overlaid}, picture);
+              }),
+              filled);
 }
 
 } // namespace

@@ -1,12 +1,14 @@
 #include "render/splat/splat_raster.h"
 
 #include "render/evaluation/measure.h"
+#include "render/splat/reference.h"
 #include "tests/render/scene.h"
 #include "tests/support/each_simd.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace surflect::splat {
@@ -251,6 +253,29 @@ TEST(SplatRaster, RowsSumToAlphaAndDepthIsThereWhereTheyAreNotEmpty) {
   for (size_t i = 0; i < coverage.alpha.size(); ++i) {
     EXPECT_NEAR(ones.values[i], coverage.alpha[i], 6e-7);
     EXPECT_EQ(ones.values[i] > 0, std::isfinite(depth.values[i]));
+  }
+}
+
+TEST(SplatRaster, TheHeaviestSplatOfAPixelIsThatOfTheReference) {
+  Rng rng(12);
+  const Scene scene = sphereBeforePlane(rng);
+  const auto camera = lookAt({1, 1.5, 5}, {0, 0, 0}, 90, 70, 80);
+  for (const bool keepsHidden : {false, true}) {
+    const SplatRaster raster = rasterize(camera, scene.splats(), {.keepsHidden = keepsHidden});
+    const ReferenceRaster expected = referenceRaster(camera, scene.splats());
+    size_t shown = 0;
+    for (int y = 0; y < raster.height; ++y)
+      for (int x = 0; x < raster.width; ++x) {
+        const auto& weights = expected.weights[raster.pixel(x, y)];
+        const auto splat = heaviestSplat(raster, x, y);
+        ASSERT_EQ(splat.has_value(), raster.alpha[raster.pixel(x, y)] > 0);
+        if (!splat || weights.empty()) continue;
+        ++shown;
+        const auto found = std::ranges::find(weights, *splat, &ReferenceWeight::splat);
+        ASSERT_NE(found, weights.end());
+        EXPECT_GT(found->weight, std::ranges::max(weights, {}, &ReferenceWeight::weight).weight - 1e-3);
+      }
+    EXPECT_GT(shown, 2000u);
   }
 }
 

@@ -292,6 +292,32 @@ TEST_F(FrameOfSphere, TheWorkspaceOfOtherFramesChangesNothing) {
   }
 }
 
+TEST_F(FrameOfSphere, AFrameThatIsGivenUpAnywhereLeavesTheNextAsItIs) {
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  const auto still = noWarp();
+  const scene::Scene scene{*still, camera, lights};
+  const std::vector<float> expected = renderFrame(model(), scene, {}, workspace).color.values;
+  FrameOptions all;
+  all.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
+  size_t given = 0;
+  for (size_t last = 0;; last += 1 + last / 3) {
+    std::atomic<size_t> calls = 0;
+    Progress progress;
+    progress.cancelled = [&] { return calls++ >= last; };
+    bool isCancelled = false;
+    try {
+      EXPECT_EQ(renderFrame(model(), scene, all, workspace, progress).color.values, expected);
+    } catch (const Cancelled&) {
+      isCancelled = true;
+    }
+    EXPECT_EQ(isCancelled, calls > last);
+    EXPECT_EQ(renderFrame(model(), scene, {}, workspace).color.values, expected) << last;
+    if (!isCancelled) break;
+    ++given;
+  }
+  EXPECT_GE(given, 10u);
+}
+
 TEST_F(FrameOfSphere, AovsAskedForTogetherAreThoseAskedForAlone) {
   FrameOptions options;
   options.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
@@ -351,6 +377,43 @@ TEST_F(FrameOfSphere, NormalAndDepthAreThoseOfTheSphere) {
     const double depth = -camera.cameraFromWorld(assume<Point3<ObjectSpace, double>>(position)).z();
     EXPECT_NEAR(film.aovs.at("depth").values[pixel], depth, 0.006);
   }
+}
+
+TEST_F(FrameOfSphere, PositionProjectsToItsPixelAndRestIsCarriedThereByTheWarp) {
+  FrameOptions options;
+  options.aovs = {"position", "rest", "depth"};
+  const auto still = noWarp(), twist = warp::twistWarp({0, 1, 0}, Angle::fromDegrees(60), {0, 0, 0});
+  const float largestSplat = std::ranges::max(model().cloud.radius);
+  for (const warp::Warp* warp : {still.get(), twist.get()}) {
+    const FrameLayers film = filmOf(model(), *warp, camera, lights, options);
+    size_t opaque = 0;
+    for (int y = 0; y < film.color.height; ++y)
+      for (int x = 0; x < film.color.width; ++x) {
+        const float alpha = film.color.at(x, y)[3];
+        const Vec3<float> position(film.aovs.at("position").at(x, y).data()),
+            rest(film.aovs.at("rest").at(x, y).data());
+        if (alpha == 0) {
+          EXPECT_EQ(position, Vec3<float>::Zero());
+          EXPECT_EQ(rest, Vec3<float>::Zero());
+        }
+        if (alpha != 1) continue;
+        ++opaque;
+        const auto place = assume<Point3<ObjectSpace, double>>(position);
+        const std::optional<capture::Pixel> pixel = camera.project(place);
+        ASSERT_TRUE(pixel);
+        EXPECT_LT(std::hypot(pixel->x - x - 0.5, pixel->y - y - 0.5), 1);
+        EXPECT_NEAR(-camera.cameraFromWorld(place).z(), film.aovs.at("depth").at(x, y)[0], largestSplat);
+        EXPECT_LT((warp->position(rest.cast<double>()) - position.cast<double>()).norm(), largestSplat);
+      }
+    EXPECT_GT(opaque, 300u);
+  }
+}
+
+TEST_F(FrameOfSphere, AtRestPositionIsRest) {
+  FrameOptions options;
+  options.aovs = {"position", "rest"};
+  const FrameLayers film = filmOf(model(), *noWarp(), camera, lights, options);
+  EXPECT_EQ(film.aovs.at("position").values, film.aovs.at("rest").values);
 }
 
 TEST_F(FrameOfSphere, TheNormalOfAMirroredSurfaceStillPointsOutwards) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -226,6 +227,68 @@ TEST_P(LightFieldRendererTest, AovsAreThoseThatAreAskedAndThatTheMethodHas) {
   EXPECT_NEAR(depth.at(kPicture / 2, kPicture / 2)[0], studio::cameraDistance - 1, 0.15);
   for (size_t pixel = 0; pixel < depth.values.size(); ++pixel)
     EXPECT_EQ(std::isinf(depth.values[pixel]), layers.color.values[4 * pixel + 3] == 0);
+}
+
+// What position means for surfels: the visible point, premultiplied by alpha. Nothing is bent: rest is equal.
+TEST_P(LightFieldRendererTest, PositionIsTheVisiblePointOfTheSphere) {
+  const auto renderer = opened();
+  if (std::ranges::find(renderer->describe().aovs, "position") == renderer->describe().aovs.end()) {
+    EXPECT_TRUE(renderer->render(sceneFrom({1, 2, 3}, *rest_), {"position"}).aovs.empty());
+    return;
+  }
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_);
+  const method::FrameLayers layers = renderer->render(scene, {"position", "rest"});
+  ASSERT_EQ(layers.aovs.size(), 2u);
+  const image::Image& position = layers.aovs.at("position");
+  EXPECT_EQ(position.values, layers.aovs.at("rest").values);
+  const studio::SphereView truth =
+      studio::viewSphere(studio::cameraFrom<AcquisitionSpace>({1, 2, 3}, kPicture), 1);
+  size_t opaque = 0;
+  for (int y = 0; y < kPicture; ++y)
+    for (int x = 0; x < kPicture; ++x) {
+      const float alpha = layers.color.at(x, y)[3];
+      const Vec3<float> point(position.at(x, y).data());
+      if (alpha == 0) {
+        EXPECT_EQ(point, Vec3<float>::Zero());
+      }
+      if (alpha != 1) continue;
+      const auto place = assume<Point3<ObjectSpace, double>>(point);
+      const std::optional<capture::Pixel> pixel = scene.camera.project(place);
+      ASSERT_TRUE(pixel);
+      EXPECT_LT(std::hypot(pixel->x - x - 0.5, pixel->y - y - 0.5), 0.001);
+      const auto number = static_cast<size_t>(y * kPicture + x);
+      if (truth.first[number] == truth.first[number + 1]) continue;
+      const Vec3<float> onSphere = truth.normals[truth.first[number]];
+      const Vec3<double> towards = (scene.camera.center() - place).raw().normalized();
+      if (onSphere.cast<double>().dot(towards) < 0.5) continue; // depth of the nearest sample
+      ++opaque;
+      EXPECT_LT((point - onSphere).norm(), 0.1);
+    }
+  EXPECT_GT(opaque, 300u);
+}
+
+TEST_P(LightFieldRendererTest, AFrameThatIsGivenUpAnywhereLeavesTheNextAsItIs) {
+  const auto renderer = opened();
+  const scene::Scene scene = sceneFrom({1, 2, 3}, *rest_), other = sceneFrom({-2, 1, 1}, *rest_);
+  const std::vector<float> expected = renderer->render(scene).color.values,
+                           whole = renderer->render(other).color.values;
+  size_t given = 0;
+  for (size_t last = 0;; last += 1 + last / 3) {
+    std::atomic<size_t> calls = 0;
+    Progress progress;
+    progress.cancelled = [&] { return calls++ >= last; };
+    bool isCancelled = false;
+    try {
+      EXPECT_EQ(renderer->render(other, {"depth"}, progress).color.values, whole);
+    } catch (const Cancelled&) {
+      isCancelled = true;
+    }
+    EXPECT_EQ(isCancelled, calls > last);
+    EXPECT_EQ(renderer->render(scene).color.values, expected) << last;
+    if (!isCancelled) break;
+    ++given;
+  }
+  EXPECT_GE(given, 3u);
 }
 
 TEST_P(LightFieldRendererTest, AnotherFolderIsRefused) {
