@@ -451,6 +451,14 @@ std::vector<Overlay> overlaysOf(const capture::Capture& capture, std::span<const
   return overlays;
 }
 
+// The photograph of an overlay with its outlines, in sRGB values.
+image::Image outlined(const Overlay& overlay, double exposure) {
+  image::Image photograph = srgbEncoded(applyExposure(overlay.photograph, exposure));
+  blendLine(photograph, overlay.maskOutline, kMaskColor);
+  blendLine(photograph, overlay.geometryOutline, kGeometryColor);
+  return photograph;
+}
+
 image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout) {
   const TileSize& tile = layout.tile;
   const image::PictureSize size = sheetSize(tile, overlays.size(), layout.columns);
@@ -463,9 +471,7 @@ image::Image drawn(std::span<const Overlay> overlays, const SheetLayout& layout)
   const Exposures exposures = exposuresOf(overlays);
   for (size_t i = 0; i < overlays.size(); ++i) {
     const Overlay& overlay = overlays[i];
-    image::Image photograph = srgbEncoded(applyExposure(overlay.photograph, exposures.photographs));
-    blendLine(photograph, overlay.maskOutline, kMaskColor);
-    blendLine(photograph, overlay.geometryOutline, kGeometryColor);
+    const image::Image photograph = outlined(overlay, exposures.photographs);
     const auto columns = static_cast<size_t>(layout.columns);
     const int left = kGap + static_cast<int>(i % columns) * (tile.width() + kGap);
     const int top = kGap + tile.labelHeight() + kGap + static_cast<int>(i / columns) * (tile.height() + kGap);
@@ -511,6 +517,15 @@ std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count) 
     return std::tuple(capture.frames[i].view, capture.frames[i].light.value_or(0), i);
   });
   return chosen;
+}
+
+image::Image outlinedPhotograph(const capture::Capture& capture, size_t frame, const WhiteSurface& surface,
+                                image::PictureSize size, double exposure, const Progress& progress) {
+  auto views = viewsOf(capture, std::span(&frame, 1), surface, progress);
+  OverlayView& view = views.begin()->second;
+  view.window = {0, 0, view.silhouette.width, view.silhouette.height};
+  view.size = size;
+  return outlined(overlaysOf(capture, std::span(&frame, 1), views, surface, progress).front(), exposure);
 }
 
 ContactSheet contactSheet(const capture::Capture& capture, std::span<const size_t> frames,

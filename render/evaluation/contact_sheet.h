@@ -76,6 +76,11 @@ double correlation(std::span<const double> a, std::span<const double> b);
 // Selects up to `count` frames, spread evenly over views and lights, in their order.
 std::vector<size_t> spreadFrames(const capture::Capture& capture, size_t count);
 
+// A whole photograph with the outlines of the geometry and of its mask, if it has one: three channels of sRGB
+// values, in a picture of the given size. Throws Error and Cancelled.
+image::Image outlinedPhotograph(const capture::Capture& capture, size_t frame, const WhiteSurface& surface,
+                                image::PictureSize size, double exposure, const Progress& progress);
+
 struct ContactSheet {
   image::Image image; // three channels of sRGB values; narrower than 4000 pixels
   std::vector<Overlay> overlays;

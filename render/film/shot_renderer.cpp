@@ -30,11 +30,12 @@ capture::Lens scaled(const capture::Lens& lens, double scale) {
 }
 
 capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const method::Description& model,
-                                        const warp::ShotTime& time) {
+                                        std::span<const capture::View> others, const warp::ShotTime& time) {
   const auto* named = std::get_if<scene::NamedCamera>(&*script.camera);
   if (!named) return scene::cameraAt(script, time);
-  for (const auto& view : model.rig.views)
-    if (view.identity == named->from) return fitted(scene::inObjectSpace(view.camera), script);
+  for (const std::span<const capture::View> views : {std::span(model.rig.views), others})
+    for (const capture::View& view : views)
+      if (view.identity == named->from) return fitted(scene::inObjectSpace(view.camera), script);
   throw Error::mismatch("a camera of " + model.folder.string(), "'" + named->from + "'")
       .at("camera.from")
       .in(script.path);
@@ -42,9 +43,11 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const metho
 
 } // namespace
 
-ShotRenderer::ShotRenderer(const scene::Script& script, method::Renderer& renderer, const Progress& progress)
-    : script_(script), renderer_(renderer), environments_(scene::readEnvironments(script, progress)),
-      progress_(progress) {
+ShotRenderer::ShotRenderer(const scene::Script& script, method::Renderer& renderer,
+                           std::vector<scene::Environment> environments, const Progress& progress,
+                           std::vector<capture::View> others)
+    : script_(script), renderer_(renderer), environments_(std::move(environments)), progress_(progress),
+      others_(std::move(others)) {
   size_t read = 0;
   for (const scene::LightMotion& motion : script.lights) {
     const auto* light = std::get_if<scene::EnvironmentLightMotion>(&motion);
@@ -59,7 +62,7 @@ ShotRenderer::ShotRenderer(const scene::Script& script, method::Renderer& render
 
 capture::Camera<ObjectSpace> ShotRenderer::camera(int frame, double scale) const {
   capture::Camera<ObjectSpace> camera =
-      shotCamera(script_, renderer_.describe(), scene::shotTime(script_, frame));
+      shotCamera(script_, renderer_.describe(), others_, scene::shotTime(script_, frame));
   camera.lens = scaled(camera.lens, scale);
   return camera;
 }
@@ -68,11 +71,21 @@ method::FrameLayers ShotRenderer::render(int frame, double scale) {
   return render(frame, scale, script_.output->aov);
 }
 
-method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
+template <class Ask> auto ShotRenderer::withScene(int frame, double scale, const Ask& ask) const {
   const warp::ShotTime time = scene::shotTime(script_, frame);
   const warp::WarpPointer warp = scene::warpAt(script_, time);
-  return renderer_.render({*warp, camera(frame, scale), scene::lightsAt(script_, time, environments_)}, aovs,
-                          progress_, std::exchange(memory_, {}));
+  return ask(scene::Scene{*warp, camera(frame, scale), scene::lightsAt(script_, time, environments_)});
+}
+
+method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
+  return withScene(frame, scale, [&](const scene::Scene& scene) {
+    return renderer_.render(scene, aovs, progress_, std::exchange(memory_, {}));
+  });
+}
+
+method::PhotographBlend ShotRenderer::blendedAt(int frame, double scale, capture::Pixel pixel) {
+  return withScene(frame, scale,
+                   [&](const scene::Scene& scene) { return renderer_.blendedAt(scene, pixel, progress_); });
 }
 
 double ShotRenderer::previewExposure() {

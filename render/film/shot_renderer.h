@@ -13,7 +13,12 @@ class ShotRenderer {
 public:
   // Reads and prepares the script's environments. requireShot must accept the script. Script, renderer and
   // progress must outlive the ShotRenderer. Throws Error as readEnvironments does, and Cancelled.
-  ShotRenderer(const scene::Script& script, method::Renderer& renderer, const Progress& progress);
+  ShotRenderer(const scene::Script& script, method::Renderer& renderer, const Progress& progress)
+      : ShotRenderer(script, renderer, scene::readEnvironments(script, progress), progress) {}
+  // Prepares environments that have been read. The script may also name cameras of `others`.
+  ShotRenderer(const scene::Script& script, method::Renderer& renderer,
+               std::vector<scene::Environment> environments, const Progress& progress,
+               std::vector<capture::View> others = {});
 
   // Returns the script's camera, or the captured one that it names, for pictures `scale` times the script's
   // size. Throws Error as cameraAt does, if the model has no camera of that name, and if the captured
@@ -24,6 +29,9 @@ public:
   method::FrameLayers render(int frame, double scale);
   // Renders a frame with these AOVs instead.
   method::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
+
+  // Photographs blended at a pixel of such a frame: as Renderer::blendedAt.
+  method::PhotographBlend blendedAt(int frame, double scale, capture::Pixel pixel);
 
   // Reuses the memory of a frame that is no longer needed.
   void reuse(method::FrameLayers film) { memory_ = std::move(film); }
@@ -38,11 +46,15 @@ public:
   const std::vector<method::EnvironmentReport>& environmentReports() const { return environmentReports_; }
 
 private:
+  // Returns ask(scene) for the scene of a frame.
+  template <class Ask> auto withScene(int frame, double scale, const Ask& ask) const;
+
   const scene::Script& script_;
   method::Renderer& renderer_;
   std::vector<scene::Environment> environments_;
   std::vector<method::EnvironmentReport> environmentReports_;
   const Progress& progress_;
+  const std::vector<capture::View> others_;
   method::FrameLayers memory_;
   std::optional<double> exposure_;
 };

@@ -11,18 +11,34 @@
 
 namespace surflect::scene {
 
-std::vector<Environment> readEnvironments(const Script& script, const Progress& progress) {
+namespace {
+
+Environment readOne(const EnvironmentLightMotion& light, const Progress& progress) {
+  const Stopwatch watch;
+  const auto map = std::make_shared<const weights::EnvironmentMap>(
+      weights::readEnvironment(light.image, light.mapping, progress));
+  static_assert(sizeof(weights::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
+  return {light.image, map, contentHash(std::as_bytes(std::span(map->lights))), watch.seconds()};
+}
+
+} // namespace
+
+std::vector<Environment> Environments::read(const Script& script, const Progress& progress) {
   std::vector<Environment> environments;
   for (size_t i = 0; i < script.lights.size(); ++i) {
     const auto* light = std::get_if<EnvironmentLightMotion>(&script.lights[i]);
     if (!light) continue;
-    progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
-    const Stopwatch watch;
-    const auto map = std::make_shared<const weights::EnvironmentMap>(
-        weights::readEnvironment(light->image, light->mapping, progress));
-    static_assert(sizeof(weights::EnvironmentLight) == 7 * sizeof(float)); // no padding to hash
-    const uint64_t hash = contentHash(std::as_bytes(std::span(map->lights)));
-    environments.push_back({light->image, map, hash, watch.seconds()});
+    const auto [kept, isNew] = kept_.try_emplace({light->image, light->mapping});
+    if (isNew) {
+      try {
+        progress("environment", static_cast<double>(i) / static_cast<double>(script.lights.size()));
+        kept->second = readOne(*light, progress);
+      } catch (...) {
+        kept_.erase(kept);
+        throw;
+      }
+    }
+    environments.push_back(kept->second);
   }
   return environments;
 }

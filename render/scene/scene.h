@@ -10,8 +10,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -25,8 +28,20 @@ struct Environment {
   double seconds = 0;                                 // taken by reading
 };
 
-// One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.
-std::vector<Environment> readEnvironments(const Script& script, const Progress& progress);
+// Environments of scripts, each read once for as long as this lives: scripts that are edited share them.
+class Environments {
+public:
+  // One per environment of the script, in order. Throws Error and Cancelled as readEnvironment does.
+  std::vector<Environment> read(const Script& script, const Progress& progress);
+
+private:
+  std::map<std::pair<std::filesystem::path, std::optional<weights::EnvironmentMapping>>, Environment> kept_;
+};
+
+// Environments::read of one script.
+inline std::vector<Environment> readEnvironments(const Script& script, const Progress& progress) {
+  return Environments().read(script, progress);
+}
 
 // t and s are 0 where the script has no [frames].
 warp::ShotTime shotTime(const Script& script, double frame);

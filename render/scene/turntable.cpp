@@ -100,12 +100,40 @@ std::string tomlText(const std::string& text) {
   return quoted + '"';
 }
 
+// Box around an object, the direction that is up, and how high the object is along it.
+struct Extent {
+  Eigen::AlignedBox3d box;
+  Vec3<double> up;
+  double height;
+  Vec3<double> foot; // below the middle of the box, where the object begins
+};
+
+Extent extentOf(const TurntableObject& object) {
+  Extent extent{{}, upOf(object.rig), 0, {0, 0, 0}};
+  for (const auto& point : object.points) extent.box.extend(point.raw().template cast<double>());
+  const Vec3<double> middle = extent.box.center();
+  double least = 0, most = 0;
+  for (const auto& point : object.points) {
+    const double along = extent.up.dot(point.raw().template cast<double>() - middle);
+    least = std::min(least, along), most = std::max(most, along);
+  }
+  extent.height = std::max(most - least, 1e-9);
+  extent.foot = middle + least * extent.up;
+  return extent;
+}
+
+// A direction at right angles to `up`: the axis that is least along it.
+Vec3<double> acrossOf(const Vec3<double>& up) {
+  Eigen::Index axis;
+  up.cwiseAbs().minCoeff(&axis);
+  return (Vec3<double>::Unit(axis) - up[axis] * up).normalized();
+}
+
 } // namespace
 
 std::string turntableScript(const TurntableObject& object) {
-  Eigen::AlignedBox3d box;
-  for (const auto& point : object.points) box.extend(point.raw().template cast<double>());
-  const Vec3<double> up = upOf(object.rig), middle = box.center();
+  const auto [box, up, height, foot] = extentOf(object);
+  const Vec3<double> middle = box.center();
   double radius = 0;
   for (const auto& point : object.points)
     radius = std::max(radius, (point.raw().template cast<double>() - middle).norm());
@@ -161,6 +189,63 @@ elevation_deg = {:.4g}
   for (const Vec3<double>& direction : lampsOf(object, middle, towardsCamera, up))
     text += fmt::format("[[light]]\ntype = \"directional\"\ndirection = {}\nintensity = {}\n",
                         list(direction), intensities[lamp++]);
+  return text;
+}
+
+std::string starterScript(const TurntableObject& object) {
+  std::string text = turntableScript(object);
+  if (object.isBaked) return text;
+  const auto [box, up, height, foot] = extentOf(object);
+  const Vec3<double> across = acrossOf(up), head = foot + height * up;
+  const std::string axis = list(up), aside = list(across), from = list(foot);
+  // Keyframes to a value in the middle of the shot, and back.
+  const auto pulse = [&](double from0, double value) {
+    return fmt::format("[[1, {0:.4g}], [{2}, {1:.4g}, \"smooth\"], [{3}, {0:.4g}, \"smooth\"]]", from0, value,
+                       kFrames / 2 + 1, kFrames + 1);
+  };
+  const auto block = [&](const std::string& comment, const std::string& lines) {
+    text += "# " + comment + '\n';
+    for (size_t begin = 0; begin < lines.size();) {
+      const size_t end = lines.find('\n', begin);
+      text += "#" + lines.substr(begin, end - begin) + '\n';
+      begin = end + 1;
+    }
+    text += '\n';
+  };
+  text += "\n# Warps bend space, in this order. Take away the \"#\" right before the lines of one to try it; "
+          "docs/script.md\n"
+          "# explains their keys.\n\n";
+  block("Turns the object about its axis, and lifts it.",
+        fmt::format("[[warp]]\ntype = \"rigid\"\naxis = {}\ncenter = {}\nangle_deg = {}\ntranslate = {}\n",
+                    axis, from, pulse(0, 40), list(0.1 * height * up)));
+  block("Stretches it along x, y and z.",
+        fmt::format("[[warp]]\ntype = \"scale\"\ncenter = {}\nfactor = [1.2, 1, 0.9]\n", from));
+  block("Twists it about its axis.",
+        fmt::format("[[warp]]\ntype = \"twist\"\naxis = {}\ncenter = {}\nangle_deg = {}\nlength = {:.4g}\n",
+                    axis, from, pulse(0, 90), height));
+  block("Bends it over.", fmt::format("[[warp]]\ntype = \"bend\"\naxis = {}\ndirection = {}\ncenter = "
+                                      "{}\nangle_deg = {}\nlength = {:.4g}\n",
+                                      axis, aside, from, pulse(0, 45), height));
+  block("Makes it narrower towards its head.",
+        fmt::format("[[warp]]\ntype = \"taper\"\naxis = {}\ncenter = {}\nfactor = {}\nlength = {:.4g}\n",
+                    axis, from, pulse(1, 0.6), height));
+  block("Sends waves up.", fmt::format("[[warp]]\ntype = \"sine\"\naxis = {}\ndirection = {}\ncenter = "
+                                       "{}\namplitude = {:.4g}\nwavelength = "
+                                       "{:.4g}\nphase_deg = \"-360*t\"\n",
+                                       axis, aside, from, 0.04 * height, 0.5 * height));
+  block("Anything by formulas of x, y, z, t, frame and s.",
+        fmt::format(
+            "[[warp]]\ntype = \"expression\"\nx = \"x + {:.4g}*sin({:.4g}*z + 6*t)\"\ny = \"y\"\nz = \"z\"\n",
+            0.03 * height, 6 / height));
+  block("A lattice around it, of which one corner moves.",
+        fmt::format("[[warp]]\ntype = \"lattice\"\nmin = {}\nmax = {}\ndivisions = [2, 2, 2]\npoint = [{{ at "
+                    "= [2, 2, 2], "
+                    "move = {} }}]\n",
+                    list(box.min()), list(box.max()), list(0.3 * height * up)));
+  block("Handles: the head is pulled aside, the foot stays.",
+        fmt::format("[[warp]]\ntype = \"handles\"\nhandle = [\n  {{ rest = {}, to = {} }},\n  {{ rest = {}, "
+                    "to = {} }},\n]\n",
+                    list(head), list(head + 0.2 * height * across), from, from));
   return text;
 }
 

@@ -1,4 +1,4 @@
-// A script for a model without one: the camera goes once round the object.
+// Scripts for a model without one: the camera goes once round the object.
 #pragma once
 
 #include "srf/capture/capture.h"
@@ -19,5 +19,9 @@ struct TurntableObject {
 // median elevation is the camera's, which holds the object in its view. Lights, unless they are baked in, are
 // three lamps among the captured lights' directions, which a white surface in the middle reflects as white.
 std::string turntableScript(const TurntableObject& object);
+
+// A script to start from: turntableScript, and for an object that bends a warp of each kind that needs no
+// file, sized for the object. Each stands in comments, from which a "#" before its lines frees it.
+std::string starterScript(const TurntableObject& object);
 
 } // namespace surflect::scene

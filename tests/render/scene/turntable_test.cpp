@@ -188,5 +188,53 @@ TEST(Turntable, AnObjectWithItsLightGetsNone) {
   EXPECT_TRUE(scriptOf({"vase.srf", rig, kPoints}).lights.empty());
 }
 
+// Lines of a starter script with the n-th of its warps freed; empty if it has fewer.
+std::string withWarp(const std::string& text, int n) {
+  std::string freed;
+  int warps = 0;
+  bool isInside = false;
+  for (size_t begin = 0, end; begin < text.size(); begin = end + 1) {
+    end = text.find('\n', begin);
+    std::string line = text.substr(begin, end - begin);
+    if (line == "#[[warp]]") isInside = warps++ == n;
+    if (line.empty()) isInside = false;
+    freed += (isInside ? line.substr(1) : line) + '\n';
+  }
+  return n < warps ? freed : "";
+}
+
+TEST(StarterScript, EachOfItsWarpsBendsTheObjectAndKeepsItInView) {
+  for (const Vec3<double>& middle : {Vec3<double>(0, 0, 0), Vec3<double>(3, -2, 40)}) {
+    const capture::Capture rig = yUpRig(around(8));
+    const Points points = randomPoints(1, middle, {0.4, 1.1, 0.5});
+    const TurntableObject object{"a.srf", rig, points};
+    const std::string text = starterScript(object);
+    EXPECT_TRUE(parseScript(text, "/shots/shot.toml").warps.empty());
+    int warps = 0;
+    for (std::string freed; !(freed = withWarp(text, warps)).empty(); ++warps) {
+      const Script script = parseScript(freed, "/shots/shot.toml");
+      ASSERT_EQ(script.warps.size(), 1u) << warps;
+      const warp::WarpPointer warp = warpAt(script, shotTime(script, 25));
+      const capture::Camera<ObjectSpace> camera = cameraAt(script, shotTime(script, 25));
+      double farthest = 0;
+      for (const auto& point : points) {
+        const Vec3<double> rest = point.raw().cast<double>(), moved = warp->position(rest);
+        farthest = std::max(farthest, (moved - rest).norm());
+        const auto pixel = camera.project(assume<Point3<ObjectSpace, double>>(moved));
+        ASSERT_TRUE(pixel) << warps;
+        EXPECT_TRUE(pixel->x > -200 && pixel->x < 1160 && pixel->y > -150 && pixel->y < 870) << warps;
+      }
+      EXPECT_GT(farthest, 0.05) << warps;
+    }
+    EXPECT_EQ(warps, 9);
+  }
+}
+
+TEST(StarterScript, AnObjectWithItsLightHasNoWarps) {
+  const capture::Capture rig = yUpRig(around(8));
+  const Points points = randomPoints(1, {0, 0, 0}, {1, 1, 1});
+  EXPECT_EQ(starterScript({"a.slf", rig, points, true}), turntableScript({"a.slf", rig, points, true}));
+}
+
 } // namespace
 } // namespace surflect::scene
