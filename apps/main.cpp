@@ -101,6 +101,8 @@ int main(int argc, char** argv) {
   addRelightCommand(app, work);
   addPackCommand(app, work);
   addRenderCommand(app, work);
+  addScriptCommand(app, work);
+  addViewCommand(app, work);
   addEvaluateCommand(app, work);
   addChartCommand(app, work);
   addVerifyCommand(app, work);

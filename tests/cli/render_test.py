@@ -55,6 +55,21 @@ class Render(TestInFolder):
         for name in FRAMES[1::2]:  # previews: the same picture with and without the AOV
             self.assertEqual(content(self.folder / "trust")[name], self.film[name])
 
+    def test_a_script_to_start_from_renders_and_is_not_overwritten(self):
+        script = self.folder / "start" / "shot.toml"
+        script.parent.mkdir()
+        report = succeed("script", self.model, "-o", script)
+        self.assertEqual(report["model"], "../model.srf")
+        text = script.read_text()
+        self.assertEqual(text.count("#[[warp]]"), 9)
+        succeed("render", script, "-o", self.folder / "started", "--frames", "25", "--scale", "0.1")
+        script.write_text("# mine")
+        again = run("script", self.model, "-o", script)
+        self.assertEqual((again.returncode, script.read_text()), (1, "# mine"))
+        self.assertIn("--overwrite replaces it", again.stderr)
+        succeed("script", self.model, "-o", script, "--overwrite")
+        self.assertEqual(script.read_text(), text)
+
     def test_threads_and_cache_do_not_change_a_bit(self):
         for threads in (1, 2):
             for megabytes in (0, 64):

@@ -48,6 +48,7 @@ BELOW = {
                                          "render/lightfield/traced", "render/lightfield/olf"],  # the one file that knows them
     "render/control": ["surfel/base", "srf/image", "render/method"],
     "render/film": SURFEL + SCENE + ["render/method"],
+    "render/session": SURFEL + ["render/method"],
     "render/evaluation": PROXY + SCENE + ["render/method"],
     "render/gl": CAPTURE,
     "render/lightfield/common": SCENE + SURFEL + ["srf/proxy", "srf/validation", "render/method"],
@@ -104,7 +105,7 @@ def complaint(root, file, opening, header):
         if not file.endswith(".h") or is_standard(header) or any(header.startswith(a) for a in allowed):
             return None
         return "third-party headers belong in .cpp files"
-    if header == "surfel/base/version.h":  # made from version.h.in
+    if header in ("surfel/base/version.h", "page/page.h"):  # made when the build is configured
         header = file
     if not (root / header).is_file() and pathlib.PurePath(header).name != "shaders.h":  # made by surflect_shaders()
         return "not a path from the root"

@@ -1,0 +1,118 @@
+// The section "View": layer, exposure, tone, background and the histogram.
+
+import { nearestCaptured } from "./camera.js";
+import { byId, checkBox, fillSelect } from "./dom.js";
+import { shownLayer } from "./request.js";
+import { drawHistogram, histogramOf, smallPixels } from "./histogram.js";
+
+const layerNames = { color: "colour", photograph: "photograph", error: "error to the photograph" };
+const hex = (rgb) =>
+  "#" +
+  rgb
+    .map((c) =>
+      Math.round(255 * c)
+        .toString(16)
+        .padStart(2, "0"),
+    )
+    .join("");
+const channelColors = ["#e5484d", "#30a46c", "#3b82f6"];
+
+// Photographs of a captured camera, as [light's name, text]; the name is "" where the light was fixed.
+export function photographsOf(model, camera) {
+  const at = model.cameras.indexOf(camera);
+  return (model.photographs ?? [])
+    .filter(([c]) => c === at)
+    .map(([, light, heldOut]) => {
+      const name = light < 0 ? "" : model.lights[light].name;
+      return [name, (name || "fixed light") + (heldOut ? " (held out)" : "")];
+    });
+}
+
+export class ViewPanel {
+  constructor(app) {
+    this.app = app;
+    const { store } = app,
+      set = (id, type, change) =>
+        byId(id).addEventListener(type, (event) => store.setView(change(event.target), event.timeStamp));
+    byId("show").addEventListener("change", (event) => this.show(event.target.value));
+    set("photograph-light", "change", (node) => ({ light: node.value }));
+    set("exposure", "input", (node) => ({ exposure: node.valueAsNumber }));
+    set("tone", "change", (node) => ({ tone: node.value }));
+    set("background", "input", (node) => ({
+      background: [1, 3, 5].map((i) => parseInt(node.value.slice(i, i + 2), 16) / 255),
+    }));
+    byId("exposure").addEventListener("dblclick", () => store.setView({ exposure: 0 }));
+    byId("auto-white").addEventListener("click", () => store.setView({ white: null, photographWhite: null }));
+    this.overlay = checkBox("outline of the mesh", false, (on) => store.setView({ overlay: on }), {
+      id: "overlay",
+    });
+    byId("overlay-row").append(this.overlay.node);
+    this.log = checkBox("log", false, () => this.drawHistogram(), { id: "histogram-log" });
+    byId("histogram-log-row").append(this.log.node);
+    this.histogram = null;
+    this.drawnAt = -Infinity;
+  }
+
+  // Photographs and errors need a captured camera: the nearest one is taken.
+  show(layer) {
+    const { store, scene } = this.app;
+    const changes = { show: layer };
+    if ((layer === "photograph" || layer === "error") && !scene.captured()) {
+      const nearest = nearestCaptured(scene.pose(), this.app.model());
+      if (nearest) changes.camera = { kind: "captured", name: nearest.name };
+    }
+    store.setView(changes, undefined, changes.camera ? "camera" : "view");
+  }
+
+  // The light is one that the camera has a photograph of.
+  keepLight() {
+    const { store, scene } = this.app,
+      captured = scene.captured();
+    if (!captured) return;
+    const lights = photographsOf(this.app.model(), captured).map(([name]) => name);
+    if (lights.length && !lights.includes(store.view.light)) store.view.light = lights[0];
+  }
+
+  update(bitmap, background, still) {
+    const now = performance.now();
+    if (!byId("section-view").open || (!still && now - this.drawnAt < 100)) return;
+    this.drawnAt = now;
+    this.histogram = histogramOf(smallPixels(bitmap), background);
+    this.drawHistogram();
+  }
+
+  drawHistogram() {
+    if (!this.histogram) return;
+    drawHistogram(byId("histogram"), this.histogram, this.log.box.checked, channelColors);
+    const share = (x) => (x > 0 && x < 0.001 ? "under 0.1" : (100 * x).toFixed(1));
+    byId("clipped").textContent =
+      `white ${share(this.histogram.high)} %, black ${share(this.histogram.low)} %`;
+  }
+
+  refresh() {
+    const { store, scene } = this.app,
+      { view } = store,
+      model = this.app.model(),
+      captured = scene.captured();
+    const photographs = model.method === "capture" || model.hasPhotographs;
+    const layers =
+      model.method === "capture"
+        ? ["photograph"]
+        : ["color", ...model.aovs, ...(photographs && model.cameras.length ? ["photograph", "error"] : [])];
+    fillSelect(
+      byId("show"),
+      layers.map((name) => [name, layerNames[name] ?? name.replaceAll("_", " ")]),
+      layers.includes(view.show) ? view.show : layers[0],
+    );
+    const lights = captured ? photographsOf(model, captured) : [];
+    byId("light-row").hidden =
+      !lights.length || !["photograph", "error"].includes(shownLayer(view, model, captured));
+    fillSelect(byId("photograph-light"), lights, view.light ?? "");
+    byId("overlay-row").hidden = model.method !== "capture";
+    this.overlay.box.checked = view.overlay;
+    byId("exposure").value = view.exposure;
+    byId("exposure-value").textContent = `${view.exposure > 0 ? "+" : ""}${view.exposure.toFixed(1)}`;
+    byId("tone").value = view.tone;
+    byId("background").value = hex(view.background);
+  }
+}

@@ -1,0 +1,699 @@
+#include "apps/viewer/viewer.h"
+
+#include "apps/viewer/recorder.h"
+#include "render/evaluation/evaluate.h"
+#include "render/film/frame_file.h"
+#include "render/methods.h"
+#include "render/scene/turntable.h"
+#include "srf/image/resize.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+#include "surfel/base/text.h"
+#include "surfel/base/version.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace surflect::viewer {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kTabLife = std::chrono::seconds(45); // without a request; pages ask for events every 20 s
+constexpr double kPreviewSeconds = 0.05;            // budget of renderers that choose their own detail
+constexpr int kThumbnail = 96;                      // pixels
+
+double orOne(double white) { return white > 0 ? white : 1; }
+
+Json vectorJson(const Vec3<double>& v) { return {v.x(), v.y(), v.z()}; }
+
+// In ASCII, as headers need it.
+std::string dumped(const Json& json) { return json.dump(-1, ' ', true, Json::error_handler_t::replace); }
+
+Answer failed(int status, const std::string& problem) { return {status, dumped({{"error", problem}})}; }
+
+// A number as half floats keep it, which EXR files hold; those of colour are not negative there.
+float asInFile(float value) {
+  int exponent = 0;
+  const float mantissa = std::frexp(value, &exponent); // 0.5..1
+  const int bits = std::max(exponent, -13) - 11;       // of the last place of 11 bits
+  return mantissa == 0 ? value : std::ldexp(std::nearbyint(std::ldexp(value, -bits)), bits);
+}
+
+// Script of a model that has none, with the model's absolute path.
+std::string starterOf(const std::filesystem::path& model, const method::Renderer& renderer) {
+  const method::Description& of = renderer.describe();
+  return scene::starterScript(
+      {std::filesystem::absolute(model).lexically_normal().string(), of.rig, of.points, of.isBaked});
+}
+
+// Text of a scene for a capture, which has no model: its cameras are all that is used.
+std::string emptyShot(const DescribedModel& capture) {
+  return fmt::format(
+      "model = \"none\"\n[frames]\nfirst = 1\nlast = 1\n[output]\nsize = [960, 720]\npath = "
+      "\"frame.####.exr\"\n[camera]\nposition = [{}, {}, {}]\nlook_at = [{}, {}, {}]\nup = {}\n"
+      "fov_deg = 30\n",
+      capture.middle.raw().x() + 3 * capture.radius, capture.middle.raw().y() + capture.radius,
+      capture.middle.raw().z() + 2 * capture.radius, capture.middle.raw().x(), capture.middle.raw().y(),
+      capture.middle.raw().z(), capture.json["up"].dump());
+}
+
+// Throws Error for a film larger than pages may ask for.
+void requireModestSize(const scene::Script& script) {
+  const scene::Output& output = *script.output;
+  if (int64_t{output.width} * output.height > kMostPixels)
+    throw Error::mismatch(fmt::format("at most {} pixels; render makes larger ones", kMostPixels),
+                          sizeText(output.width, output.height))
+        .at("output.size");
+}
+
+// The captured camera through which the script looks. Throws Malformed if it is another.
+std::string cameraOf(const FrameRequest& request) {
+  const Json camera = request.values.value("camera", Json());
+  if (!camera.is_object() || !camera.contains("from") || !camera["from"].is_string())
+    throw Malformed(Error("a photograph needs a captured camera: camera.from").at("doc.camera"));
+  return camera["from"].get<std::string>();
+}
+
+// The header X-Picture of a finished picture.
+std::string pictureText(const FrameRequest& request, double renderSeconds, double encodeSeconds, double white,
+                        const Json& more = Json::object()) {
+  Json picture = {{"number", request.number},
+                  {"renderSeconds", renderSeconds},
+                  {"encodeSeconds", encodeSeconds},
+                  {"white", white},
+                  {"quality", request.isPreview ? "preview" : "full"},
+                  {"remark", nullptr},
+                  {"decibels", nullptr}};
+  picture.update(more);
+  return dumped(picture);
+}
+
+// Environments that lights may use: what the page calls them, and their paths as the script names them.
+std::vector<std::pair<std::string, std::string>> namesOf(const std::vector<std::filesystem::path>& pictures,
+                                                         const std::filesystem::path& script) {
+  std::vector<std::pair<std::string, std::string>> names;
+  const std::filesystem::path folder =
+      script.empty() ? script : std::filesystem::absolute(script).lexically_normal().parent_path();
+  for (const std::filesystem::path& picture : pictures) {
+    const std::filesystem::path whole = std::filesystem::absolute(picture).lexically_normal();
+    const std::filesystem::path relative = script.empty() ? whole : whole.lexically_relative(folder);
+    names.emplace_back(picture.filename().string(), relative.empty() ? whole.string() : relative.string());
+  }
+  return names;
+}
+
+} // namespace
+
+Viewer::Viewer(ViewerInput input, const Progress& progress)
+    : input_(std::move(input)), environmentNames_(namesOf(input_.environments, input_.script)) {
+  std::string text;
+  std::filesystem::path path = input_.script;
+  Vec3<double> origin = Vec3<double>::Zero();
+  photographs_.resize(std::max<size_t>(1, input_.models.size()));
+  for (const std::filesystem::path& model : input_.models) {
+    const auto renderer = method::openRenderer(model, input_.setting, progress);
+    models_.push_back(
+        std::make_unique<DescribedModel>(described(folderName(model), *renderer, input_.setting)));
+    if (input_.capture && evaluation::rigMismatches(renderer->describe(), *input_.capture).empty()) {
+      addPhotographs(*input_.capture, *models_.back());
+      photographs_[models_.size() - 1] = std::make_unique<Photographs>(*input_.capture, &models_.back()->rig);
+    }
+    if (models_.size() > 1) continue;
+    origin = renderer->describe().rig.origin;
+    if (input_.script.empty()) text = starterOf(model, *renderer);
+  }
+  if (input_.models.empty()) {
+    models_.push_back(std::make_unique<DescribedModel>(described(*input_.capture)));
+    addPhotographs(*input_.capture, *models_.front());
+    photographs_.front() = std::make_unique<Photographs>(*input_.capture, nullptr);
+    text = emptyShot(*models_.front());
+  }
+  if (input_.script.empty()) {
+    const std::string stem = std::filesystem::path(models_.front()->name).stem().string();
+    path = input_.snapshots / (stem + ".toml");
+    for (int number = 2; std::filesystem::exists(path); ++number)
+      path = input_.snapshots / fmt::format("{}_{}.toml", stem, number);
+  } else {
+    text = readFile(input_.script);
+  }
+  std::vector<std::string> images;
+  for (const auto& [name, image] : environmentNames_) images.push_back(image);
+  document_ = std::make_unique<ShotDocument>(text, path, origin, images);
+  if (document_->script(text)->coordinates == scene::Coordinates::original && !origin.isZero(0))
+    throw Error(
+        "\"original\" cannot be edited by hand, which counts from the model's origin; render makes its "
+        "frames, and the model alone can be viewed")
+        .at("coordinates")
+        .in(input_.script);
+  std::vector<session::Session::Open> openers;
+  for (const std::filesystem::path& model : input_.models)
+    openers.emplace_back([model, setting = input_.setting](const Progress& opening) {
+      return method::openRenderer(model, setting, opening);
+    });
+  Progress own;
+  own.report = [this](std::string_view stage, double fraction) { report(stage, fraction); };
+  own.cancelled = [this] { return isEnding_.load(); };
+  session_ = std::make_unique<session::Session>(std::move(openers), std::move(own));
+}
+
+Viewer::~Viewer() { end(); }
+
+void Viewer::end() {
+  isEnding_ = true;
+  events_.end();
+}
+
+// --- Tabs and events
+
+bool Viewer::admit(const std::string& tab) {
+  const std::lock_guard lock(mutex_);
+  forgetClosedTabs();
+  if (!tabs_.contains(tab) && tabs_.size() >= kMostTabs) return false;
+  tabs_[tab].seen = Clock::now();
+  return true;
+}
+
+void Viewer::leave(const std::string& tab) {
+  const std::lock_guard lock(mutex_);
+  tabs_[tab].seen = {};
+  forgetClosedTabs();
+}
+
+void Viewer::tidy() {
+  const std::lock_guard lock(mutex_);
+  forgetClosedTabs();
+}
+
+void Viewer::setModel(const std::string& tab, size_t model) {
+  const std::lock_guard lock(mutex_);
+  std::vector<size_t>& models = tabs_[tab].models;
+  if (std::ranges::find(models, model) != models.end()) return;
+  models.push_back(model);
+  if (models.size() > 2) models.erase(models.begin());
+}
+
+void Viewer::forgetClosedTabs() {
+  std::erase_if(tabs_, [](const auto& tab) { return Clock::now() - tab.second.seen > kTabLife; });
+  if (!recordingTab_.empty() && !tabs_.contains(recordingTab_)) isStopped_ = true;
+  for (size_t model = 0; model < input_.models.size(); ++model)
+    if (std::ranges::none_of(tabs_, [&](const auto& tab) {
+          return std::ranges::find(tab.second.models, model) != tab.second.models.end();
+        }))
+      session_->close(model);
+}
+
+void Viewer::report(std::string_view stage, double fraction) {
+  constexpr auto kPause = std::chrono::milliseconds(200);
+  const std::lock_guard lock(reporting_);
+  const auto now = Clock::now();
+  if (stage != stage_) stage_ = stage, stageBegin_ = now;
+  if (now - stageBegin_ < kPause || now - reported_ < kPause) return; // nobody reads what is over at once
+  reported_ = now;
+  const double seconds = std::chrono::duration<double>(now - stageBegin_).count();
+  Json event = {{"kind", "progress"}, {"stage", stage_}, {"fraction", fraction}};
+  if (fraction > 0) event["secondsLeft"] = seconds * (1 - fraction) / fraction;
+  events_.add(std::move(event));
+}
+
+Answer Viewer::events(const std::string& tab, uint64_t after) {
+  if (!admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
+  Json events = events_.after(after, std::chrono::seconds(20));
+  const std::lock_guard lock(mutex_);
+  if (const auto known = tabs_.find(tab); known != tabs_.end()) known->second.seen = Clock::now();
+  return {200, dumped(events)};
+}
+
+Answer Viewer::answer(const std::string& tab, const std::string& route, const std::string& body) {
+  if (!admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
+  try {
+    if (route == "/start") return {200, dumped(start())};
+    const Json json = parsedBody(body);
+    if (json.contains("model"))
+      setModel(tab, static_cast<size_t>(wholeAt(json, "model", 0, static_cast<int>(models_.size()) - 1)));
+    if (route == "/frame") return frame(tab, frameRequest(json, models_.size()));
+    if (route == "/probe") return {200, dumped(probe(tab, json))};
+    if (route == "/thumbnail") return thumbnail(json);
+    if (route == "/snapshot") return {200, dumped(snapshot(tab, frameRequest(json, models_.size())))};
+    if (route == "/record") return {200, dumped(record(tab, json))};
+    if (route == "/stop") {
+      const std::lock_guard lock(mutex_);
+      if (recordingTab_ == tab) isStopped_ = true;
+      return {200, "{}"};
+    }
+    if (route == "/leave") {
+      leave(tab);
+      return {200, "{}"};
+    }
+    if (route == "/values") return {200, dumped(valuesOf(json))};
+    if (route == "/text") return {200, dumped({{"text", document_->edited(json.value("doc", Json()))}})};
+    if (route == "/save") return save(json);
+    return failed(404, "no such request");
+  } catch (const Malformed& error) {
+    return failed(400, error.what());
+  } catch (const session::Superseded& error) {
+    return failed(409, error.what());
+  } catch (const Cancelled&) {
+    return failed(isEnding_ ? 503 : 409, isEnding_ ? "the viewer ends" : "stopped");
+  } catch (const Error& error) {
+    return failed(422, error.what());
+  } catch (const std::bad_alloc&) {
+    return failed(500, "out of memory");
+  } catch (const std::exception& error) {
+    return failed(500, error.what());
+  }
+}
+
+// --- The page's start
+
+Json Viewer::start() const {
+  Json models = Json::array(), environments = Json::array();
+  for (const auto& model : models_) models.push_back(model->json);
+  for (const auto& [name, image] : environmentNames_)
+    environments.push_back({{"name", name}, {"image", image}});
+  return {
+      {"version", kVersion},
+      {"snapshots", input_.snapshots.string()},
+      {"canRecord", canRecord()},
+      {"isScript", !input_.script.empty()},
+      {"scriptPath", document_->path().string()},
+      {"doc", document_->values()},
+      {"saves", document_->saves()},
+      {"text", document_->text()},
+      {"environments", environments},
+      {"models", models},
+      {"limits",
+       {{"lights", kMostLights}, {"handles", kMostHandles}, {"side", kLargestSide}, {"tabs", kMostTabs}}}};
+}
+
+void Viewer::requireModel(size_t model) const {
+  if (models_[model]->method == "capture")
+    throw Malformed(Error("is a capture, of which photographs alone can be shown").at("model"));
+}
+
+// Options of the command line, and those that the page has changed.
+method::Setting Viewer::settingOf(const FrameRequest& request, const DescribedModel& model) const {
+  method::Setting setting;
+  for (const method::Option& option : model.options)
+    if (const auto chosen = input_.setting.find(option.name); chosen != input_.setting.end())
+      setting.insert(*chosen);
+  const method::Options known{model.method, model.options};
+  for (auto& [name, value] : viewer::settingOf(request.options, known)) setting[name] = value;
+  method::requireSetting(known, setting);
+  return setting;
+}
+
+Photographs& Viewer::photographs(size_t model) const {
+  if (!photographs_[model])
+    throw Malformed(
+        Error("no photographs of this model are known: --capture names those of its own rig").at("show"));
+  return *photographs_[model];
+}
+
+// --- Pictures
+
+DisplayOptions Viewer::displayOf(const FrameRequest& request, const image::Image& color) const {
+  DisplayOptions display = request.display;
+  display.white = request.white.value_or(orOne(film::whiteOf(color)));
+  return display;
+}
+
+void Viewer::withShot(const std::string& client, const FrameRequest& request, const std::string& text,
+                      bool isOwnSize, const std::function<void(film::ShotRenderer&)>& work) {
+  requireModel(request.model);
+  const DescribedModel& model = *models_[request.model];
+  scene::Script script = *document_->script(text);
+  if (!isOwnSize) {
+    script.output->width = request.width;
+    script.output->height = request.height;
+  }
+  const method::Setting given = settingOf(request, model);
+  const method::Setting setting =
+      request.isPreview ? method::withPreset(given, method::Preset::preview, model.options) : given;
+  session_->run(client, request.model, request.isPreview ? session::Urgency::preview : session::Urgency::full,
+                [&](method::Renderer& renderer, const Progress& progress) {
+                  renderer.set(setting);
+                  const bool mayChoose = request.isPreview && !given.contains("level");
+                  renderer.keepBudget(mayChoose ? std::optional(kPreviewSeconds) : std::nullopt);
+                  film::ShotRenderer shot(script, renderer, environments_.read(script, progress), progress,
+                                          model.heldOut);
+                  work(shot);
+                });
+}
+
+Viewer::Rendered Viewer::render(const std::string& client, const FrameRequest& request,
+                                const std::string& text, const std::vector<std::string>& aovs,
+                                bool isOwnSize) {
+  for (const std::string& aov : aovs)
+    if (std::ranges::find(models_[request.model]->aovs, aov) == models_[request.model]->aovs.end())
+      throw Error::mismatch("one that the model has", '"' + aov + '"').at("aov");
+  Rendered rendered;
+  withShot(client, request, text, isOwnSize, [&](film::ShotRenderer& shot) {
+    const Stopwatch drawing;
+    rendered.layers = shot.render(request.frame, 1, aovs);
+    rendered.seconds = drawing.seconds();
+  });
+  return rendered;
+}
+
+Answer Viewer::frame(const std::string& tab, const FrameRequest& request) {
+  if (request.show == "photograph") return photograph(request);
+  if (request.show == "match" || request.show == "error") return comparison(tab, request);
+  const bool isColor = request.show == "color";
+  const std::string text = document_->edited(request.values);
+  const Rendered rendered =
+      render(tab, request, text, isColor ? std::vector<std::string>{} : std::vector{request.show}, false);
+  const Stopwatch encoding;
+  const method::FrameLayers& layers = rendered.layers;
+  const DisplayOptions display = displayOf(request, layers.color);
+  const DescribedModel& model = *models_[request.model];
+  const DisplayPicture shown = isColor ? shownColor(layers.color, display)
+                                       : shownAov(layers, request.show, model.middle, model.radius, display);
+  Answer answer{200, jpegBytes(shown, request.isPreview ? JpegQuality::moving : JpegQuality::still),
+                "image/jpeg"};
+  Json more = {{"remark", layers.report.remark ? Json(*layers.report.remark) : Json()}};
+  for (const auto& [count, name] :
+       {std::pair{"level", "level"}, {"images_read", "imagesRead"}, {"images_uploaded", "imagesUploaded"}})
+    if (const auto found = layers.report.counts.find(count); found != layers.report.counts.end())
+      more[name] = found->second;
+  answer.picture = pictureText(request, rendered.seconds, encoding.seconds(), display.white, more);
+  return answer;
+}
+
+Answer Viewer::photograph(const FrameRequest& request) {
+  Photographs& all = photographs(request.model);
+  const size_t frame = all.find(cameraOf(request), request.light);
+  const Stopwatch reading;
+  Progress progress;
+  progress.cancelled = [this] { return isEnding_.load(); };
+  DisplayOptions display = request.display;
+  display.white = request.white.value_or(all.whiteOf(frame, progress));
+  DisplayPicture shown;
+  if (request.hasOverlay) {
+    const image::Image outlined = all.outlined(frame, {request.width, request.height},
+                                               std::exp2(display.exposureStops) / display.white, progress);
+    shown = {outlined.width, outlined.height, std::vector<uint8_t>(outlined.values.size())};
+    std::ranges::transform(outlined.values, shown.rgb.begin(), [](float srgb) {
+      return static_cast<uint8_t>(std::lround(255 * std::clamp(srgb, 0.f, 1.f)));
+    });
+  } else {
+    const auto picture = all.read(frame, progress);
+    shown = shownColor(
+        image::resampled(*picture, {0, 0, picture->width, picture->height}, request.width, request.height),
+        display);
+  }
+  Answer answer{200, jpegBytes(shown, JpegQuality::still), "image/jpeg"};
+  answer.picture = pictureText(request, reading.seconds(), 0, display.white, {{"quality", "full"}});
+  return answer;
+}
+
+// The model under a photograph's own camera and light, or its difference from the photograph; scored as
+// `evaluate` does.
+Answer Viewer::comparison(const std::string& tab, const FrameRequest& request) {
+  requireModel(request.model);
+  Photographs& all = photographs(request.model);
+  Progress progress;
+  progress.cancelled = [this] { return isEnding_.load(); };
+  const Photographs::Truth truth = all.truth(all.find(cameraOf(request), request.light), progress);
+  const DescribedModel& model = *models_[request.model];
+  const method::Setting setting = settingOf(request, model);
+  const warp::WarpPointer atRest = warp::chainWarp({});
+  method::FrameLayers layers;
+  const Stopwatch watch;
+  session_->run(tab, request.model, session::Urgency::full,
+                [&](method::Renderer& renderer, const Progress& working) {
+                  renderer.set(setting);
+                  renderer.keepBudget(std::nullopt);
+                  layers = renderer.render({*atRest, truth.camera, truth.lights}, {}, working);
+                });
+  const double seconds = watch.seconds();
+  const evaluation::Difference difference = evaluation::compare(truth.picture, layers.color, truth.exposure);
+  DisplayOptions display = request.display;
+  display.white = request.white.value_or(1 / truth.exposure);
+  const auto sized = [&](const image::Image& image) {
+    return image::resampled(image, {0, 0, image.width, image.height}, request.width, request.height);
+  };
+  const image::Image rendered = sized(layers.color);
+  const DisplayPicture shown = request.show == "match" ? shownColor(rendered, display)
+                                                       : shownError(sized(truth.picture), rendered, display);
+  Answer answer{200, jpegBytes(shown, JpegQuality::still), "image/jpeg"};
+  const Json decibels = {
+      {"linear", difference.psnrLinear()}, {"srgb", difference.psnrSrgb()}, {"ssim", difference.ssim()}};
+  answer.picture =
+      pictureText(request, seconds, 0, display.white, {{"quality", "full"}, {"decibels", decibels}});
+  return answer;
+}
+
+// --- A pixel
+
+Json Viewer::probe(const std::string& tab, const Json& body) {
+  FrameRequest request = frameRequest(body, models_.size());
+  requireModel(request.model);
+  request.isPreview = false;
+  const capture::Pixel pixel{numberAt(body, "x", 0, request.width), numberAt(body, "y", 0, request.height)};
+  const DescribedModel& model = *models_[request.model];
+  const std::string text = document_->edited(request.values);
+  const std::string state =
+      dumped({text, request.model, request.frame, request.width, request.height, request.options});
+  std::shared_ptr<const Probed> probed;
+  {
+    const std::lock_guard lock(mutex_);
+    probed = probed_;
+  }
+  if (!probed || probed->state != state) {
+    std::vector<std::string> aovs;
+    for (const char* const aov : {"depth", "normal", "rest", "position"})
+      if (std::ranges::find(model.aovs, aov) != model.aovs.end()) aovs.push_back(aov);
+    probed = std::make_shared<const Probed>(Probed{state, render(tab, request, text, aovs, false)});
+    const std::lock_guard lock(mutex_);
+    probed_ = probed;
+  }
+  const method::FrameLayers& layers = probed->rendered.layers;
+  const int x = std::min(static_cast<int>(pixel.x), request.width - 1),
+            y = std::min(static_cast<int>(pixel.y), request.height - 1);
+  const auto color = layers.color.at(x, y);
+  const float alpha = color[3];
+  Json answer = {{"color", Json::array()}, {"aovs", Json::object()}, {"photographs", Json::array()}};
+  for (size_t c = 0; c < 4; ++c)
+    answer["color"].push_back(asInFile(c < 3 ? std::max(color[c], 0.f) : color[c]));
+  for (const auto& [name, image] : layers.aovs) {
+    const auto values = image.at(x, y);
+    if (!(alpha > 0)) {
+      answer["aovs"][name] = nullptr;
+    } else if (values.size() == 1) {
+      answer["aovs"][name] = std::isfinite(values[0]) ? Json(values[0]) : Json();
+    } else {
+      answer["aovs"][name] = {values[0] / alpha, values[1] / alpha, values[2] / alpha};
+    }
+  }
+  if (!(alpha > 0)) return answer;
+  if (body.contains("before") && answer["aovs"].contains("rest")) {
+    const auto script = document_->script(text);
+    const size_t before =
+        static_cast<size_t>(wholeAt(body, "before", 0, static_cast<int>(script->warps.size())));
+    const Json& rest = answer["aovs"]["rest"];
+    const Vec3<double> place(rest[0], rest[1], rest[2]);
+    const auto afterWarps = [&](size_t count) {
+      scene::Script first = *script;
+      first.warps.resize(std::min(count, first.warps.size()));
+      return vectorJson(scene::warpAt(first, scene::shotTime(first, request.frame))->position(place));
+    };
+    answer["before"] = afterWarps(before);
+    answer["after"] = afterWarps(before + 1);
+  }
+  method::PhotographBlend blend;
+  withShot(tab, request, text, false,
+           [&](film::ShotRenderer& shot) { blend = shot.blendedAt(request.frame, 1, pixel); });
+  for (const method::BlendedPhotograph& each : blend.photographs)
+    answer["photographs"].push_back({{"camera", each.view},
+                                     {"light", each.light},
+                                     {"weight", each.weight},
+                                     {"x", each.place.x},
+                                     {"y", each.place.y}});
+  answer["tables"] = blend.tables;
+  return answer;
+}
+
+Answer Viewer::thumbnail(const Json& body) {
+  Photographs& all =
+      photographs(static_cast<size_t>(wholeAt(body, "model", 0, static_cast<int>(models_.size()) - 1)));
+  Progress progress;
+  progress.cancelled = [this] { return isEnding_.load(); };
+  const size_t frame = all.find(textAt(body, "camera"), textAt(body, "light"));
+  const auto picture = all.read(frame, progress);
+  const int side = std::min({kThumbnail, picture->width, picture->height});
+  const auto begin = [&](const char* key, int size) {
+    const double middle = numberAt(body, key, -1e6, 1e6);
+    return std::clamp(static_cast<int>(std::floor(middle)) - side / 2, 0, size - side);
+  };
+  const int x = begin("x", picture->width), y = begin("y", picture->height);
+  DisplayOptions display;
+  const bool isKnown = body.contains("white") && !body["white"].is_null();
+  display.white = isKnown ? numberAt(body, "white", 1e-12, 1e12) : all.whiteOf(frame, progress);
+  const image::Image part = image::resampled(*picture, {x, y, x + side, y + side}, kThumbnail, kThumbnail);
+  return {200, jpegBytes(shownColor(part, display), JpegQuality::still), "image/jpeg"};
+}
+
+Json Viewer::valuesOf(const Json& body) const {
+  const Json& values = body.value("doc", Json());
+  const auto script = document_->script(document_->edited(values));
+  const int frame = wholeAt(body, "frame", -1'000'000, 2'000'000);
+  const warp::ShotTime time = scene::shotTime(*script, frame);
+  Json at = valuesAt(values, time);
+  capture::Camera<ObjectSpace> camera;
+  if (const auto* named = std::get_if<scene::NamedCamera>(&*script->camera)) {
+    std::vector<capture::View> views = models_.front()->rig.views;
+    views.insert(views.end(), models_.front()->heldOut.begin(), models_.front()->heldOut.end());
+    const auto view = std::ranges::find(views, named->from, &capture::View::identity);
+    if (view == views.end())
+      throw Error::mismatch("a camera of the model", '"' + named->from + '"').at("camera.from");
+    camera = scene::inObjectSpace(view->camera);
+  } else {
+    camera = scene::cameraAt(*script, time);
+  }
+  const Mat3<double> rotation = camera.cameraFromWorld.rotation();
+  const Vec3<double> forward = -rotation.row(2).transpose(), position = camera.center().raw();
+  const double distance =
+      std::max(forward.dot(models_.front()->middle.raw() - position), 0.1 * models_.front()->radius);
+  const Vec3<double> lookAt = position + distance * forward;
+  const double tangent = 0.5 * camera.lens.height / camera.lens.focalY;
+  return {{"camera",
+           {{"position", vectorJson(position)},
+            {"look_at", vectorJson(lookAt)},
+            {"forward", vectorJson(forward)},
+            {"up", vectorJson(rotation.row(1).transpose())},
+            {"fov_deg", 2 * Angle::fromRadians(std::atan(tangent)).degrees()}}},
+          {"light", at.value("light", Json::array())},
+          {"warp", at.value("warp", Json::array())}};
+}
+
+// --- Files
+
+Json Viewer::withKnownCamera(const FrameRequest& request) const {
+  Json values = request.values;
+  const DescribedModel& model = *models_[request.model];
+  const Json camera = values.value("camera", Json());
+  if (!camera.is_object() || !camera.contains("from")) return values;
+  const auto isNamed = [&](const capture::View& view) { return camera["from"] == view.identity; };
+  if (std::ranges::none_of(model.heldOut, isNamed)) return values;
+  values["camera"] = valuesOf({{"doc", values}, {"frame", request.frame}})["camera"];
+  values["camera"].erase("forward");
+  return values;
+}
+
+Answer Viewer::save(const Json& body) {
+  const Json values = body.value("doc", Json());
+  const size_t saves = document_->saves();
+  if (body.contains("saves") && body["saves"] != saves) {
+    const std::string problem = "another page has saved the script since; saving again overwrites its edits";
+    return {422, dumped({{"error", problem}, {"saves", saves}})};
+  }
+  if (values.is_object() && values.contains("camera") && values["camera"].is_object() &&
+      values["camera"].contains("from")) {
+    const Json& from = values["camera"]["from"];
+    for (const auto& model : models_)
+      for (const capture::View& view : model->heldOut)
+        if (from == view.identity)
+          throw Error::mismatch("a camera of the model: a held-out one is known to the capture alone",
+                                from.dump())
+              .at("camera.from");
+  }
+  const size_t changed = document_->save(values);
+  return {
+      200,
+      dumped({{"path", document_->path().string()}, {"changed", changed}, {"saves", document_->saves()}})};
+}
+
+std::filesystem::path Viewer::freeName(const std::string& stem) {
+  createFolder(input_.snapshots);
+  for (int number = 1; number < 10'000; ++number) {
+    const std::filesystem::path path = input_.snapshots / fmt::format("{}_{:04}", stem, number);
+    const auto isFree = [&](const char* extension) {
+      return !std::filesystem::exists(path.string() + extension);
+    };
+    if (isFree(".exr") && isFree(".png") && isFree(".toml") && isFree(".mp4") && isFree(".mp4.part"))
+      return path;
+  }
+  throw Error("holds 9999 snapshots of this model").in(input_.snapshots);
+}
+
+Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
+  FrameRequest request = asked;
+  request.isPreview = false;
+  requireModel(request.model);
+  const DescribedModel& model = *models_[request.model];
+  Json values = withKnownCamera(request);
+  std::vector<std::string> aovs;
+  for (const std::string& aov : document_->script(document_->edited(request.values))->output->aov)
+    if (std::ranges::find(model.aovs, aov) != model.aovs.end()) aovs.push_back(aov);
+  if (std::ranges::find(model.aovs, request.show) != model.aovs.end() &&
+      std::ranges::find(aovs, request.show) == aovs.end())
+    aovs.push_back(request.show);
+  if (values.contains("output") && values["output"].is_object()) values["output"]["aov"] = aovs;
+  const std::string text = document_->movable(values, input_.models[request.model]);
+  requireModestSize(*document_->script(text));
+  const Rendered rendered = render(tab + " snapshot", request, text, aovs, true);
+  const std::lock_guard lock(naming_);
+  const std::string path = freeName(std::filesystem::path(model.name).stem().string()).string();
+  const double white = request.white.value_or(orOne(film::whiteOf(rendered.layers.color)));
+  film::writePreview(path + ".png", rendered.layers.color, std::exp2(request.display.exposureStops) / white);
+  film::writeFrame(path + ".exr", rendered.layers,
+                   {{"surflect.version", kVersion}, {"surflect.frame", std::to_string(request.frame)}});
+  writeFileAtomically(path + ".toml", std::string_view(text));
+  std::string command = fmt::format("surflect render {}.toml -o frames/ --frames {}", path, request.frame);
+  for (const auto& [name, value] : settingOf(request, model))
+    command += ' ' + method::flagOf(name) + ' ' + value.text();
+  return {{"files", {path + ".exr", path + ".png", path + ".toml"}}, {"command", command}};
+}
+
+Json Viewer::record(const std::string& tab, const Json& body) {
+  FrameRequest request = frameRequest(body, models_.size());
+  request.isPreview = false;
+  if (!canRecord()) throw Error("ffmpeg is not installed");
+  const int first = wholeAt(body, "first", -1'000'000, 2'000'000);
+  const int last = wholeAt(body, "last", first, first + 100'000);
+  const std::string text = document_->edited(request.values);
+  const auto script = document_->script(text);
+  requireModestSize(*script);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!recordingTab_.empty()) throw Error("a film is being recorded already");
+    recordingTab_ = tab;
+    isStopped_ = false;
+  }
+  const auto hasStopped = [&] {
+    const std::lock_guard lock(mutex_);
+    return isStopped_ || isEnding_;
+  };
+  const std::shared_ptr<void> ended(nullptr, [this](void*) {
+    const std::lock_guard lock(mutex_);
+    recordingTab_.clear();
+  });
+  std::unique_lock naming(naming_);
+  const std::filesystem::path file =
+      freeName(std::filesystem::path(models_[request.model]->name).stem().string()).string() + ".mp4";
+  Recorder film(file, script->output->width, script->output->height, script->frames->fps);
+  naming.unlock();
+  const Stopwatch watch;
+  std::optional<double> white = request.white; // of the first frame, so that the film does not pump
+  int done = 0;
+  for (int frame = first; frame <= last && !hasStopped(); ++frame) {
+    request.frame = frame;
+    const Rendered rendered = render(tab + " film", request, text, {}, true);
+    if (!white) white = orOne(film::whiteOf(rendered.layers.color));
+    request.white = white;
+    film.add(shownColor(rendered.layers.color, displayOf(request, rendered.layers.color)));
+    const double share = static_cast<double>(++done) / (last - first + 1);
+    events_.add({{"kind", "progress"},
+                 {"stage", "film"},
+                 {"fraction", share},
+                 {"secondsLeft", watch.seconds() * (1 - share) / share}});
+  }
+  if (done == 0) throw Error("stopped before the first frame");
+  film.finish();
+  return {{"file", file.string()}, {"frames", done}};
+}
+
+} // namespace surflect::viewer

@@ -1,0 +1,121 @@
+#include "apps/viewer/display.h"
+
+#include "surfel/base/error.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace surflect::viewer {
+namespace {
+
+image::Image colors(std::initializer_list<std::array<float, 4>> pixels) {
+  image::Image image(static_cast<int>(pixels.size()), 1, 4);
+  size_t i = 0;
+  for (const auto& pixel : pixels)
+    for (const float value : pixel) image.values[i++] = value;
+  return image;
+}
+
+std::array<int, 3> pixelOf(const DisplayPicture& picture, size_t i) {
+  return {picture.rgb[3 * i], picture.rgb[3 * i + 1], picture.rgb[3 * i + 2]};
+}
+using Bytes = std::array<int, 3>;
+
+TEST(Display, WhiteIsTheGivenRadianceAndChannelsKeepTheirOrder) {
+  const DisplayPicture shown = shownColor(
+      colors({{0, 0, 0, 1}, {2, 2, 2, 1}, {2, 0, 0, 1}, {0, 2, 0, 1}, {9, 9, 9, 1}}), {.white = 2});
+  EXPECT_EQ(pixelOf(shown, 0), (Bytes{0, 0, 0}));
+  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 255, 255}));
+  EXPECT_EQ(pixelOf(shown, 2), (Bytes{255, 0, 0}));
+  EXPECT_EQ(pixelOf(shown, 3), (Bytes{0, 255, 0}));
+  EXPECT_EQ(pixelOf(shown, 4), (Bytes{255, 255, 255}));
+}
+
+TEST(Display, AStopDoublesRadiance) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(0, 1);
+  image::Image one(32, 1, 4), two(32, 1, 4);
+  for (size_t i = 0; i < one.values.size(); ++i) {
+    one.values[i] = i % 4 == 3 ? 1 : unit(random);
+    two.values[i] = i % 4 == 3 ? 1 : 2 * one.values[i];
+  }
+  for (const Tone tone : {Tone::none, Tone::filmic})
+    EXPECT_EQ(shownColor(one, {.exposureStops = 1, .white = 3, .tone = tone}).rgb,
+              shownColor(two, {.white = 3, .tone = tone}).rgb);
+}
+
+TEST(Display, TransparencyShowsTheBackgroundInLinearLight) {
+  const Rgb background{1, 0, 0.5f};
+  const DisplayPicture shown = shownColor(colors({{0, 0, 0, 0}, {0.5f, 0.5f, 0.5f, 0.5f}, {0, 0, 0, 0.5f}}),
+                                          {.background = background});
+  EXPECT_EQ(pixelOf(shown, 0), (Bytes{255, 0, 128}));
+  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 188, 204})); // half of white, half of the background
+  EXPECT_EQ(pixelOf(shown, 2)[0], 188);
+}
+
+TEST(Display, TheFilmicCurveRisesFromBlackToWhite) {
+  EXPECT_NEAR(toned(0, Tone::filmic), 0, 1e-6);
+  EXPECT_NEAR(toned(5.6f, Tone::filmic), 1, 1e-6);
+  for (float x = 0; x < 8; x += 0.01f) EXPECT_LT(toned(x, Tone::filmic), toned(x + 0.01f, Tone::filmic));
+}
+
+method::FrameLayers layersOf(const std::string& aov, int channels, std::vector<float> values) {
+  method::FrameLayers layers;
+  const auto count = values.size() / static_cast<size_t>(channels);
+  layers.color = image::Image(static_cast<int>(count), 1, 4);
+  for (size_t i = 0; i < count; ++i) layers.color.values[4 * i + 3] = 1;
+  layers.aovs[aov] = image::Image(static_cast<int>(count), 1, channels);
+  layers.aovs[aov].values = std::move(values);
+  return layers;
+}
+
+TEST(Display, LayersHaveTheirColors) {
+  const Point3<AcquisitionSpace, double> middle(1, 2, 3);
+  const auto shown = [&](const std::string& aov, int channels, std::vector<float> values) {
+    return shownAov(layersOf(aov, channels, std::move(values)), aov, middle, 2, {.white = 1});
+  };
+  EXPECT_EQ(pixelOf(shown("normal", 3, {0, 0, 1}), 0), (Bytes{128, 128, 255}));
+  EXPECT_EQ(pixelOf(shown("position", 3, {1, 2, 3}), 0), (Bytes{128, 128, 128}));
+  EXPECT_EQ(pixelOf(shown("rest", 3, {3, 2, 1}), 0), (Bytes{255, 128, 0}));
+  EXPECT_EQ(pixelOf(shown("camera_blend", 3, {1, 0.5f, 0}), 0), (Bytes{255, 128, 0}));
+  const DisplayPicture depth = shown("depth", 1, {2, 3, 4});
+  EXPECT_EQ(pixelOf(depth, 0), (Bytes{255, 255, 255})); // the nearest
+  EXPECT_EQ(pixelOf(depth, 1), (Bytes{140, 140, 140}));
+  EXPECT_EQ(pixelOf(depth, 2), (Bytes{26, 26, 26}));
+  EXPECT_EQ(pixelOf(shown("stretch", 1, {1}), 0), (Bytes{0, 0, 4}));
+  EXPECT_EQ(pixelOf(shown("stretch", 1, {8}), 0), (Bytes{252, 253, 191}));
+  EXPECT_EQ(pixelOf(shown("predicted_error", 1, {0.25f}), 0), (Bytes{252, 253, 191}));
+  EXPECT_THROW(shownAov(layersOf("depth", 1, {1}), "normal", middle, 1, {}), Error);
+}
+
+TEST(Display, ALayerShowsTheBackgroundOffTheObject) {
+  method::FrameLayers layers = layersOf("depth", 1, {std::numeric_limits<float>::infinity(), 1, 2});
+  layers.color.values[3] = 0;
+  const DisplayPicture shown = shownAov(layers, "depth", {0, 0, 0}, 1, {.background = {0, 1, 0}});
+  EXPECT_EQ(pixelOf(shown, 0), (Bytes{0, 255, 0}));
+  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 255, 255}));
+}
+
+TEST(Display, AnErrorOfAQuarterOfWhiteIsLightest) {
+  const image::Image truth = colors({{0.5f, 0.5f, 0.5f, 1}, {0.5f, 0.5f, 0.5f, 1}, {0, 0, 0, 0}});
+  const image::Image other = colors({{0.5f, 0.5f, 0.5f, 1}, {0.5f, 1, 0.5f, 1}, {0, 0, 0, 0}});
+  const DisplayPicture shown = shownError(truth, other, {.white = 2, .background = {0, 0, 1}});
+  EXPECT_EQ(pixelOf(shown, 0), (Bytes{0, 0, 4}));
+  EXPECT_EQ(pixelOf(shown, 1), (Bytes{252, 253, 191}));
+  EXPECT_EQ(pixelOf(shown, 2), (Bytes{0, 0, 255}));
+}
+
+TEST(Display, JpegKeepsFlatColors) {
+  DisplayPicture picture{64, 48, std::vector<uint8_t>(3 * 64 * 48, 200)};
+  for (const JpegQuality quality : {JpegQuality::moving, JpegQuality::still}) {
+    const std::string bytes = jpegBytes(picture, quality);
+    EXPECT_TRUE(bytes.starts_with("\xff\xd8"));
+    EXPECT_TRUE(bytes.ends_with("\xff\xd9"));
+  }
+  EXPECT_THROW(jpegBytes({0, 0, {}}, JpegQuality::still), Error);
+}
+
+} // namespace
+} // namespace surflect::viewer
