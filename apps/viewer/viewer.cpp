@@ -42,6 +42,14 @@ float asInFile(float value) {
   return mantissa == 0 ? value : std::ldexp(std::nearbyint(std::ldexp(value, -bits)), bits);
 }
 
+// The setting of a picture while something moves: the preset `preview`, and even fewer surfels and queries.
+// Pictures are small then, and shown enlarged.
+method::Setting movingSetting(method::Setting given, std::span<const method::Option> rows) {
+  for (const auto& [name, value] : {std::pair{"surfel_size", 1.4}, {"patch", 16.0}})
+    if (std::ranges::find(rows, name, &method::Option::name) != rows.end()) given.try_emplace(name, value);
+  return method::withPreset(std::move(given), method::Preset::preview, rows);
+}
+
 // Script of a model that has none, with the model's absolute path.
 std::string starterOf(const std::filesystem::path& model, const method::Renderer& renderer) {
   const method::Description& of = renderer.describe();
@@ -330,8 +338,7 @@ void Viewer::withShot(const std::string& client, const FrameRequest& request, co
     script.output->height = request.height;
   }
   const method::Setting given = settingOf(request, model);
-  const method::Setting setting =
-      request.isPreview ? method::withPreset(given, method::Preset::preview, model.options) : given;
+  const method::Setting setting = request.isPreview ? movingSetting(given, model.options) : given;
   session_->run(client, request.model, request.isPreview ? session::Urgency::preview : session::Urgency::full,
                 [&](method::Renderer& renderer, const Progress& progress) {
                   renderer.set(setting);

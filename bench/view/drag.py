@@ -8,6 +8,7 @@ percentiles and how large previews were; needs chromium, chromium-driver and pyt
 """
 
 import argparse
+import contextlib
 import http.client
 import json
 import pathlib
@@ -40,10 +41,10 @@ def browser(width, height):
 
 
 def drag(page, seconds):
-    """Turns the camera to and fro by the mouse; returns latencies in ms and the heights of the pictures."""
+    """Turns the camera to and fro by the mouse; returns latencies in ms and what the page tells of its pictures."""
     canvas = page.find_element(By.ID, "canvas")
-    page.execute_script("surflect.latencies.length = 0; window.heights = []; const facts = document.getElementById('picture-facts');"
-                        "new MutationObserver(() => heights.push(facts.textContent)).observe(facts, {childList: true, characterData: true, subtree: true})")
+    page.execute_script("surflect.latencies.length = 0; window.facts = []; const facts = document.getElementById('picture-facts');"
+                        "new MutationObserver(() => window.facts.push(facts.textContent)).observe(facts, {childList: true, characterData: true, subtree: true})")
     latencies, end = [], time.monotonic() + seconds
     while time.monotonic() < end:
         chain = ActionChains(page, duration=16).move_to_element(canvas).click_and_hold()
@@ -51,7 +52,7 @@ def drag(page, seconds):
             chain.move_by_offset(3 if step < 30 else -3, 1 if step % 2 else -1)
         chain.release().perform()
         latencies += page.execute_script("return surflect.latencies.splice(0)")
-    return latencies, page.execute_script("return window.heights")
+    return latencies, page.execute_script("return window.facts")
 
 
 def give_up(port, token, start, size, rounds=15):
@@ -81,6 +82,40 @@ def give_up(port, token, start, size, rounds=15):
     return took
 
 
+def address_in(log, viewer):
+    """The address that the viewer prints once it listens."""
+    while viewer.poll() is None:
+        for line in log.read_text().splitlines():
+            if line.startswith("http://"):
+                return line
+        time.sleep(0.05)
+    raise SystemExit(log.read_text())
+
+
+def measure(url, width, height, seconds):
+    port, token = int(url.split(":")[2].split("/")[0]), url.partition("token=")[2]
+    page = browser(width, height)
+    try:
+        begin = time.monotonic()
+        page.get(url)
+        while not page.execute_script("return Boolean(window.surflect && surflect.app && surflect.app.lastFull)"):
+            time.sleep(0.01)
+        first = time.monotonic() - begin
+        drag(page, 3)  # the scale of previews settles
+        latencies, pictures = drag(page, seconds)
+        most = page.execute_script("return surflect.mostInFlight")
+    finally:
+        page.quit()
+    connection = http.client.HTTPConnection("127.0.0.1", port)
+    connection.request("GET", "/start", headers={"X-Surflect-Token": token, "X-Surflect-Tab": "00112233445566ff"})
+    gaps = give_up(port, token, json.loads(connection.getresponse().read()), [width, height])
+    return {"first_picture_ms": 1e3 * first, "pictures": len(latencies), "input_to_pixel_p50_ms": statistics.median(latencies),
+            "input_to_pixel_p95_ms": percentile(latencies, 0.95), "most_in_flight": most,
+            "last_preview": next((text for text in reversed(pictures) if "preview" in text), ""),
+            "given_up": len(gaps), "given_up_p50_ms": 1e3 * statistics.median(gaps) if gaps else None,
+            "given_up_p95_ms": 1e3 * percentile(gaps, 0.95) if gaps else None}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("surflect")
@@ -88,36 +123,16 @@ def main():
     parser.add_argument("--size", default="960x720", help="of the picture")
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("more", nargs="*", help="options of surflect view, after --")
     arguments = parser.parse_args()
     width, height = map(int, arguments.size.split("x"))
     with tempfile.TemporaryDirectory() as folder:
         log = pathlib.Path(folder) / "log"
-        with open(log, "w") as stderr:
-            viewer = subprocess.Popen([arguments.surflect, "view", arguments.model, "-o", folder + "/out"], stderr=stderr)
-        while not (lines := [line for line in log.read_text().splitlines() if line.startswith("http://")]):
-            time.sleep(0.1)
-        url, port, token = lines[0], int(lines[0].split(":")[2].split("/")[0]), lines[0].partition("token=")[2]
-        page = browser(width, height)
-        begin = time.monotonic()
-        page.get(url)
-        while not page.execute_script("return Boolean(window.surflect && surflect.app && surflect.app.lastFull)"):
-            time.sleep(0.01)
-        first = time.monotonic() - begin
-        drag(page, 3)  # the scale of previews settles
-        latencies, pictures = drag(page, arguments.seconds)
-        most = page.execute_script("return surflect.mostInFlight")
-        connection = http.client.HTTPConnection("127.0.0.1", port)
-        connection.request("GET", "/start", headers={"X-Surflect-Token": token, "X-Surflect-Tab": "00112233445566ff"})
-        start = json.loads(connection.getresponse().read())
-        page.quit()
-        gaps = give_up(port, token, start, [width, height])
-        viewer.terminate()
-        viewer.wait()
-    report = {"first_picture_ms": 1e3 * first, "pictures": len(latencies), "input_to_pixel_p50_ms": statistics.median(latencies),
-              "input_to_pixel_p95_ms": percentile(latencies, 0.95), "most_in_flight": most,
-              "last_preview": next((text for text in reversed(pictures) if "preview" in text), ""),
-              "given_up": len(gaps), "given_up_p50_ms": 1e3 * statistics.median(gaps) if gaps else None,
-              "given_up_p95_ms": 1e3 * percentile(gaps, 0.95) if gaps else None}
+        with open(log, "w") as stderr, contextlib.ExitStack() as stack:
+            viewer = subprocess.Popen([arguments.surflect, "view", arguments.model, "-o", folder + "/out", *arguments.more], stderr=stderr)
+            stack.callback(viewer.wait)
+            stack.callback(viewer.terminate)
+            report = measure(address_in(log, viewer), width, height, arguments.seconds)
     print(json.dumps(report) if arguments.json else "\n".join(f"{key:24} {value}" for key, value in report.items()))
 
 

@@ -403,7 +403,7 @@ class Page(InBrowser):
         other.get(self.viewer.url)
         time.sleep(1)
         subprocess.run(["pkill", "-9", "-f", other.capabilities["chrome"]["userDataDir"]], check=True)
-        other.service.stop()
+        other.quit()
         self.changed_by(lambda: self.by("canvas").send_keys("+"))
 
 

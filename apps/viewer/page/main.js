@@ -31,6 +31,8 @@ addEventListener("unhandledrejection", (event) =>
   bench.errors.push(String(event.reason?.stack ?? event.reason)),
 );
 
+const panelMs = 100; // between refreshes of the panel at least
+
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 
 // The view at first: the shot, or where there is none the whole object.
@@ -69,6 +71,7 @@ class App {
     Object.assign(this, { server, start, status, limits: start.limits, models: start.models });
     this.store = new Store(start.doc, firstView(start));
     if (state !== undefined) this.restore(state);
+    this.refreshed = -Infinity;
     this.mode = "turn";
     this.selectedLamp = -1;
     this.number = 0;
@@ -147,10 +150,17 @@ class App {
     }
     if (this.refreshing) return;
     this.refreshing = true;
-    requestAnimationFrame(() => {
-      this.refreshing = false;
-      this.refresh();
-    });
+    // Panel and rig follow a drag at leisure, as they take time from the pictures.
+    const rest = panelMs - (performance.now() - this.refreshed);
+    setTimeout(
+      () =>
+        requestAnimationFrame(() => {
+          this.refreshing = false;
+          this.refreshed = performance.now();
+          this.refresh();
+        }),
+      Math.max(0, rest),
+    );
     clearTimeout(this.writing);
     this.writing = setTimeout(() => this.remember(), 400);
   }
@@ -167,10 +177,12 @@ class App {
       this.timeline,
     ])
       part.refresh();
-    stage.split = this.compare.split();
-    if (stage.split === null && (stage.pictures.b || this.status.problems.has("b"))) this.pictures.forgetB();
+    const split = this.compare.split(),
+      moved = split !== stage.split;
+    stage.split = split;
+    if (split === null && (stage.pictures.b || this.status.problems.has("b"))) this.pictures.forgetB();
     stage.layout();
-    stage.draw();
+    if (moved) stage.draw();
     this.hands.show();
     this.rig.draw();
     byId("undo").disabled = !store.past.length;

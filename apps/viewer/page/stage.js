@@ -86,7 +86,8 @@ export class Stage {
     this.layoutErrors();
     const { canvas, context, pictures, split } = this,
       { width, height } = canvas;
-    context.imageSmoothingQuality = "high";
+    // Previews are enlarged at once rather than well.
+    context.imageSmoothingQuality = pictures.a?.width < 0.9 * width ? "low" : "high";
     if (pictures.a) context.drawImage(pictures.a, 0, 0, width, height);
     if (pictures.b && split !== null) {
       context.save();
