@@ -56,6 +56,7 @@ void addRelightCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
 void addViewCommand(CLI::App& app, CommandWork& work);
+void addDemoCommand(CLI::App& app, CommandWork& work);
 void addScriptCommand(CLI::App& app, CommandWork& work);
 void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);

@@ -101,6 +101,7 @@ int main(int argc, char** argv) {
   addRelightCommand(app, work);
   addPackCommand(app, work);
   addRenderCommand(app, work);
+  addDemoCommand(app, work);
   addScriptCommand(app, work);
   addViewCommand(app, work);
   addEvaluateCommand(app, work);

@@ -80,6 +80,18 @@ DisplayPicture shownColor(const image::Image& color, const DisplayOptions& optio
   });
 }
 
+DisplayPicture overBackground(const image::Image& preview, const Rgb& background) {
+  image::Image color(preview.width, preview.height, 4); // premultiplied radiance
+  for (size_t i = 0; i < color.values.size(); i += 4) {
+    const float alpha = preview.channels == 4 ? preview.values[i + 3] : 1;
+    for (size_t c = 0; c < 3; ++c)
+      color.values[i + c] =
+          alpha * image::linearFromSrgb(preview.values[i / 4 * static_cast<size_t>(preview.channels) + c]);
+    color.values[i + 3] = alpha;
+  }
+  return shownColor(color, {.background = background});
+}
+
 DisplayPicture shownAov(const method::FrameLayers& layers, const std::string& aov,
                         const Point3<AcquisitionSpace, double>& middle, double radius,
                         const DisplayOptions& options) {

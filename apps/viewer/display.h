@@ -32,6 +32,9 @@ float toned(float linear, Tone tone);
 // Colour over the background. color: RGBA radiance, premultiplied.
 DisplayPicture shownColor(const image::Image& color, const DisplayOptions& options);
 
+// A preview over a background: RGBA as displayed, with straight alpha. Blended in linear light.
+DisplayPicture overBackground(const image::Image& preview, const Rgb& background);
+
 // An AOV in colours over the background: depth from near (light) to far, directions as 0.5 + 0.5 n, places
 // within the object's sphere, stretch and errors from black to light yellow. `alpha` is the last channel of
 // `color`. Throws Error for an AOV that the layers lack.

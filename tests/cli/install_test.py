@@ -38,6 +38,24 @@ class Install(TestInFolder):
         self.assertGreater(min(red, green, blue), 0)
         self.assertGreater(alpha, 0.9)
 
+    def test_the_installed_program_makes_the_film_of_its_example(self):
+        write_small_capture(self.folder / "small", cameras=3, lights=3)
+        succeed("pack", self.folder / "small", "-o", self.folder / "demo/vase.srf", "--surfels", "5000", "--tables", "off")
+        finish(self.prefix / "bin/surflect", "demo", "-o", self.folder / "demo", "--quick")
+        self.assertEqual(len(list((self.folder / "demo/quick").glob("*.png"))), 8)
+        self.assertIn('model = "vase.srf"', (self.folder / "demo/film.toml").read_text())
+
+    def test_bash_completes_commands_and_options(self):
+        def completed(*words):
+            script = f"source {self.prefix}/share/bash-completion/completions/surflect; COMP_WORDS=(surflect {' '.join(words)}); " \
+                     f"COMP_CWORD={len(words)}; _surflect; echo ${{COMPREPLY[@]}}"
+            return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True,
+                                  env={**os.environ, "PATH": f"{self.prefix}/bin:{os.environ['PATH']}"}).stdout.split()
+
+        self.assertEqual(completed("re"), ["relight", "render"])
+        self.assertEqual(completed("render", "--fra"), ["--frames"])
+        self.assertEqual(completed("view", "--po"), ["--port"])
+
     def test_the_package_names_no_path_of_the_source_tree(self):
         for path in (self.prefix / "lib").rglob("*.cmake"):
             self.assertNotIn(str(ROOT), path.read_text(), path)

@@ -55,6 +55,15 @@ TEST(Display, TransparencyShowsTheBackgroundInLinearLight) {
   EXPECT_EQ(pixelOf(shown, 2)[0], 188);
 }
 
+TEST(Display, APreviewOverABackgroundIsTheColorItWasMadeOf) {
+  image::Image preview(3, 1, 4); // straight alpha, as displayed
+  preview.values = {1, 0, 0.5f, 1, 1, 1, 1, 0.5f, 0, 0, 0, 0};
+  const DisplayPicture shown = overBackground(preview, {1, 0, 0.5f});
+  EXPECT_EQ(pixelOf(shown, 0), (Bytes{255, 0, 128}));
+  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 188, 204}));
+  EXPECT_EQ(pixelOf(shown, 2), (Bytes{255, 0, 128}));
+}
+
 TEST(Display, TheFilmicCurveRisesFromBlackToWhite) {
   EXPECT_NEAR(toned(0, Tone::filmic), 0, 1e-6);
   EXPECT_NEAR(toned(5.6f, Tone::filmic), 1, 1e-6);

@@ -1,0 +1,110 @@
+#include "apps/command.h"
+#include "apps/terminal.h"
+#include "apps/viewer/display.h"
+#include "apps/viewer/recorder.h"
+#include "render/scene/scene.h"
+#include "render/scene/script_edit.h"
+#include "srf/image/png.h"
+#include "srf/model/manifest.h"
+#include "surfel/base/error.h"
+#include "surfel/base/file.h"
+#include "surfel/base/folder.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <system_error>
+
+namespace surflect {
+
+namespace {
+
+struct DemoArguments {
+  std::string output = "demo";
+  bool quick = false;
+};
+
+// The examples beside the program, where it is installed or was built.
+std::filesystem::path examplesFolder() {
+  std::error_code unreadable;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", unreadable).parent_path();
+  for (const char* const place : {"../share/surflect/examples", "../../../examples"}) {
+    const std::filesystem::path folder = (program / place).lexically_normal();
+    if (std::filesystem::exists(folder / "vase" / "transforms.json", unreadable)) return folder;
+  }
+  throw Error("the examples are not beside the program: share/surflect/examples is missing").in(program);
+}
+
+// Runs another command by its words, as the command line would.
+Json run(void (*add)(CLI::App&, CommandWork&), std::vector<std::string> words, const Progress& progress) {
+  CLI::App app;
+  CommandWork work;
+  add(app, work);
+  std::ranges::reverse(words); // as CLI11 takes them
+  app.parse(words);
+  return work(progress);
+}
+
+// The film of frames with alpha, over dark grey.
+void encode(const scene::Script& script, const std::filesystem::path& frames,
+            const std::filesystem::path& film, const Progress& progress) {
+  std::unique_ptr<viewer::Recorder> recorder;
+  const scene::Frames& range = *script.frames;
+  for (int frame = range.first; frame <= range.last; ++frame) {
+    progress("film", static_cast<double>(frame - range.first) / range.count());
+    auto picture = scene::framePath(*script.output, frames, frame);
+    const image::Image color = image::readPng(picture.replace_extension(".png")).image;
+    if (!recorder) recorder = std::make_unique<viewer::Recorder>(film, color.width, color.height, range.fps);
+    recorder->add(viewer::overBackground(color, {0.1f, 0.1f, 0.11f}));
+  }
+  recorder->finish();
+  progress("film", 1);
+}
+
+Json runDemo(const DemoArguments& arguments, const Progress& progress) {
+  const std::filesystem::path examples = examplesFolder(), folder = arguments.output;
+  const std::filesystem::path model = folder / "vase.srf", script = folder / "film.toml";
+  createFolder(folder);
+  if (std::filesystem::exists(model / model::kManifestFile))
+    say(fmt::format("{} is there already", model.string()));
+  else
+    run(addPackCommand, {"pack", (examples / "vase").string(), "-o", model.string()}, progress);
+  if (!std::filesystem::exists(script)) {
+    const std::string text = readFile(examples / "film.toml");
+    Json values = Json::parse(scene::scriptValues(text, script));
+    values["model"] = "vase.srf";
+    writeFileAtomically(script, std::string_view(scene::withValues(text, script, values.dump())));
+  }
+  const std::filesystem::path frames = folder / (arguments.quick ? "quick" : "frames");
+  std::vector<std::string> words = {"render", script.string(), "-o", frames.string(), "--resume"};
+  if (arguments.quick) words.insert(words.end(), {"--every", "8", "--scale", "0.5"});
+  run(addRenderCommand, words, progress);
+  Json report = {{"model", model.string()}, {"script", script.string()}, {"frames", frames.string()}};
+  if (!arguments.quick && viewer::canRecord()) {
+    const std::filesystem::path film = folder / "film.mp4";
+    encode(scene::readScript(script), frames, film, progress);
+    report["film"] = film.string();
+    say(fmt::format("{}: the film", film.string()));
+  }
+  say(fmt::format("{}: frames; EXR beside each PNG holds linear light, alpha, depth, normals, and what was "
+                  "blended and stretched",
+                  (frames / "").string()));
+  say(fmt::format("next: surflect view {0} moves its lamps and bends it by hand; {0} is the film's script",
+                  script.string()));
+  return report;
+}
+
+} // namespace
+
+void addDemoCommand(CLI::App& app, CommandWork& work) {
+  auto arguments = std::make_shared<DemoArguments>();
+  CLI::App* command = app.add_subcommand("demo", "pack an example, and render a film of it, bent and relit");
+  command->footer("Example: surflect demo -o demo/");
+  command->add_option("-o,--output", arguments->output, "folder for model, script and frames")
+      ->capture_default_str();
+  command->add_flag("--quick", arguments->quick, "every eighth frame, at half the size");
+  setWork(*command, work, "the same command goes on from here",
+          [arguments](const Progress& progress) { return runDemo(*arguments, progress); });
+}
+
+} // namespace surflect
