@@ -1,6 +1,7 @@
 #include "apps/viewer/description.h"
 
 #include "render/methods.h"
+#include "render/scene/turntable.h"
 #include "srf/capture/origin.h"
 #include "surfel/math/space.h"
 
@@ -73,16 +74,8 @@ Json jsonOf(const capture::Light& light) {
   return json;
 }
 
-// Mean up of the cameras; y if they have none in common.
-Vec3<double> upOf(const capture::Capture& rig) {
-  Vec3<double> sum = Vec3<double>::Zero();
-  for (const capture::View& view : rig.views)
-    sum += view.camera.cameraFromWorld.rotation().row(1).transpose();
-  return sum.norm() > 1e-6 ? Vec3<double>(sum.normalized()) : Vec3<double>(0, 1, 0);
-}
-
 void describeRig(DescribedModel& model) {
-  model.json["up"] = jsonOf(upOf(model.rig));
+  model.json["up"] = jsonOf(scene::upOf(model.rig));
   model.json["origin"] = jsonOf(model.rig.origin);
   model.json["middle"] = jsonOf(model.middle.raw());
   model.json["radius"] = model.radius;

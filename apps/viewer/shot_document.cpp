@@ -133,7 +133,8 @@ size_t ShotDocument::save(const Json& values) {
   writeFileAtomically(path_, std::string_view(text));
   savedValues_ = values;
   ++saves_;
-  return differingLines(std::exchange(saved_, text), text);
+  const std::string before = std::exchange(saved_, text);
+  return differingLines(isThere ? before : "", text);
 }
 
 std::string ShotDocument::movable(const Json& values, const std::filesystem::path& model) const {

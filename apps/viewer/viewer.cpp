@@ -140,7 +140,7 @@ Viewer::Viewer(ViewerInput input, const Progress& progress)
     text = emptyShot(*models_.front());
   }
   if (input_.script.empty()) {
-    const std::string stem = std::filesystem::path(models_.front()->name).stem().string();
+    const std::string stem = stemOf(0);
     path = input_.snapshots / (stem + ".toml");
     for (int number = 2; std::filesystem::exists(path); ++number)
       path = input_.snapshots / fmt::format("{}_{}.toml", stem, number);
@@ -613,6 +613,11 @@ Answer Viewer::save(const Json& body) {
       dumped({{"path", document_->path().string()}, {"changed", changed}, {"saves", document_->saves()}})};
 }
 
+// "vase" of vase.srf.
+std::string Viewer::stemOf(size_t model) const {
+  return std::filesystem::path(models_[model]->name).stem().string();
+}
+
 std::filesystem::path Viewer::freeName(const std::string& stem) {
   createFolder(input_.snapshots);
   for (int number = 1; number < 10'000; ++number) {
@@ -643,7 +648,7 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
   requireModestSize(*document_->script(text));
   const Rendered rendered = render(tab + " snapshot", request, text, aovs, true);
   const std::lock_guard lock(naming_);
-  const std::string path = freeName(std::filesystem::path(model.name).stem().string()).string();
+  const std::string path = freeName(fmt::format("{}_frame{}", stemOf(request.model), request.frame)).string();
   const double white = request.white.value_or(orOne(film::whiteOf(rendered.layers.color)));
   film::writePreview(path + ".png", rendered.layers.color, std::exp2(request.display.exposureStops) / white);
   film::writeFrame(path + ".exr", rendered.layers,
@@ -658,10 +663,11 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
 Json Viewer::record(const std::string& tab, const Json& body) {
   FrameRequest request = frameRequest(body, models_.size());
   request.isPreview = false;
+  requireModel(request.model);
   if (!canRecord()) throw Error("ffmpeg is not installed");
   const int first = wholeAt(body, "first", -1'000'000, 2'000'000);
   const int last = wholeAt(body, "last", first, first + 100'000);
-  const std::string text = document_->edited(request.values);
+  const std::string text = document_->movable(withKnownCamera(request), input_.models[request.model]);
   const auto script = document_->script(text);
   requireModestSize(*script);
   {
@@ -679,8 +685,7 @@ Json Viewer::record(const std::string& tab, const Json& body) {
     recordingTab_.clear();
   });
   std::unique_lock naming(naming_);
-  const std::filesystem::path file =
-      freeName(std::filesystem::path(models_[request.model]->name).stem().string()).string() + ".mp4";
+  const std::filesystem::path file = freeName(stemOf(request.model) + "_film").string() + ".mp4";
   Recorder film(file, script->output->width, script->output->height, script->frames->fps);
   naming.unlock();
   const Stopwatch watch;
@@ -700,6 +705,7 @@ Json Viewer::record(const std::string& tab, const Json& body) {
   }
   if (done == 0) throw Error("stopped before the first frame");
   film.finish();
+  writeFileAtomically(std::filesystem::path(file).replace_extension(".toml"), std::string_view(text));
   return {{"file", file.string()}, {"frames", done}};
 }
 

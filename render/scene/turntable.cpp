@@ -19,19 +19,6 @@ namespace {
 constexpr double kFovDeg = 30, kMargin = 1.15; // the object's sphere fills 1 / kMargin of the height
 constexpr int kFrames = 48;
 
-// Mean of the cameras' ups; an axis of the coordinates where one is near.
-Vec3<double> upOf(const capture::Capture& rig) {
-  Vec3<double> sum = Vec3<double>::Zero();
-  for (const capture::View& view : rig.views)
-    sum += view.camera.cameraFromWorld.rotation().row(1).transpose();
-  if (sum.norm() < 1e-6) return {0, 1, 0};
-  const Vec3<double> up = sum.normalized();
-  Eigen::Index axis;
-  const double along = up.cwiseAbs().maxCoeff(&axis);
-  if (along < std::cos(Angle::fromDegrees(20).radians())) return up;
-  return std::copysign(1.0, up[axis]) * Vec3<double>::Unit(axis);
-}
-
 // Azimuth and elevation of a direction from the middle, as an orbit has them.
 struct OrbitAngles {
   double azimuthDeg, elevationDeg;
@@ -130,6 +117,18 @@ Vec3<double> acrossOf(const Vec3<double>& up) {
 }
 
 } // namespace
+
+Vec3<double> upOf(const capture::Capture& rig) {
+  Vec3<double> sum = Vec3<double>::Zero();
+  for (const capture::View& view : rig.views)
+    sum += view.camera.cameraFromWorld.rotation().row(1).transpose();
+  if (sum.norm() < 1e-6) return {0, 1, 0};
+  const Vec3<double> up = sum.normalized();
+  Eigen::Index axis;
+  const double along = up.cwiseAbs().maxCoeff(&axis);
+  if (along < std::cos(Angle::fromDegrees(20).radians())) return up;
+  return std::copysign(1.0, up[axis]) * Vec3<double>::Unit(axis);
+}
 
 std::string turntableScript(const TurntableObject& object) {
   const auto [box, up, height, foot] = extentOf(object);

@@ -15,6 +15,9 @@ struct TurntableObject {
   bool isBaked = false;                             // has its light: the script gives none
 };
 
+// Mean of the cameras' ups; an axis of the coordinates where one is near. y without cameras.
+Vec3<double> upOf(const capture::Capture& rig);
+
 // Text of a TOML script of 48 frames, commented. Up is the mean of the captured cameras' ups, and their
 // median elevation is the camera's, which holds the object in its view. Lights, unless they are baked in, are
 // three lamps among the captured lights' directions, which a white surface in the middle reflects as white.

@@ -350,12 +350,12 @@ class Page(InBrowser):
     def test_a_snapshot_and_a_film_are_written(self):
         self.press("snapshot")
         self.until("document.getElementById('remark').textContent.includes('.exr')")
-        self.assertTrue(list((self.folder / "snapshots").glob("model_*.exr")))
+        self.assertTrue(list((self.folder / "snapshots").glob("model_frame*.exr")))
         self.press("record")
         self.type(self.by("record-last"), "4")
         self.by("record-start").click()
         self.until("document.getElementById('record-note').textContent.includes('.mp4')", seconds=60)
-        film, = (self.folder / "snapshots").glob("model_*.mp4")
+        film, = (self.folder / "snapshots").glob("model_film*.mp4")
         told = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries",
                                "stream=width,height,nb_read_frames,color_primaries,color_space", "-of", "json", film],
                               capture_output=True, text=True, check=True)
