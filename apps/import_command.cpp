@@ -22,6 +22,7 @@ const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture
 
 struct ImportArguments {
   std::string source, output, images, lights;
+  std::vector<double> flash;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
   double fieldOfViewDegrees = 0, maskThreshold = 0;
@@ -71,7 +72,22 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
                             ->option_text("colmap, json, middlebury or lights");
   command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
   command->add_option("--lights", arguments->lights,
-                      "light file of a folder of photographs: .lp, or \"x y z\" lines or columns");
+                      "light file of a folder of photographs: .lp, or \"x y z\" lines or columns; beside "
+                      "--pattern \"name x y z\" lines");
+  CLI::Option* pattern =
+      command
+          ->add_option(
+              "--pattern", options.lamps.pattern,
+              "how names of pictures tell camera and light: {camera}/{light}.jpg; poses are those of "
+              "registered pictures, lights those of --lights")
+          ->check(notEmpty());
+  command
+      ->add_option(
+          "--flash", arguments->flash,
+          "each photograph is lit from the camera: place of the flash, right, up and backwards, scene units")
+      ->expected(3)
+      ->option_text("X Y Z")
+      ->excludes(pattern);
   command->add_flag("--positions", options.litView.positions,
                     "the light file gives positions in scene units, not directions");
   CLI::Option* fieldOfView =
@@ -122,6 +138,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
     chosen.images = arguments->images;
     chosen.lights = arguments->lights;
+    chosen.lamps.lights = arguments->lights;
+    chosen.lamps.positions = chosen.litView.positions;
+    if (const auto& at = arguments->flash; !at.empty()) chosen.lamps.flash = {at[0], at[1], at[2]};
     return runImport(*arguments, progress);
   });
 }

@@ -550,7 +550,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
     if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
     if (source.extension() == ".lp" || source.extension() == ".txt") return ImportFormat::lights;
   } else {
-    if (!options.lights.empty()) return ImportFormat::lights;
+    if (!options.lights.empty() && !options.lamps.isGiven()) return ImportFormat::lights;
     if (findTransforms(source)) return ImportFormat::transforms;
     if (!findColmapModels(source).empty()) return ImportFormat::colmap;
     if (findParameters(source)) return ImportFormat::middlebury;
@@ -606,6 +606,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
   ForeignCapture source = readSource(sourcePath, report.format, options);
+  if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
   if (options.maskThreshold) dropMasks(source);
   if (options.colorSpace) {

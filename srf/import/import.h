@@ -6,6 +6,7 @@
 
 #include "srf/capture/capture.h"
 #include "srf/import/foreign_capture.h"
+#include "srf/import/lamps.h"
 #include "srf/import/lit_view.h"
 #include "surfel/base/time.h"
 
@@ -46,6 +47,7 @@ struct ImportOptions {
   std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
   std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
+  LampOptions lamps;                   // lights of photographs whose poses come without them
   std::vector<std::string> test;       // cameras and lights to hold out, in addition to the source's
   size_t testEvery = 0;                // hold out each Nth camera, or light if there is one view; 0: none
   std::optional<double> maskThreshold; // makes masks by threshold, replacing the source's

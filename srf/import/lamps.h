@@ -1,0 +1,39 @@
+// Lights of photographs whose poses come without them: lamps that names of pictures tell, or a flash at the
+// camera. COLMAP and nerfstudio know cameras alone.
+#pragma once
+
+#include "srf/import/foreign_capture.h"
+#include "surfel/math/space.h"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace surflect::importers {
+
+struct LampOptions {
+  // Names of pictures below the source's folder of pictures: "{camera}/{light}.jpg". Empty: none.
+  std::string pattern;
+  std::filesystem::path lights; // table of the lamps: "name x y z" lines, as parseLights() reads them
+  bool positions = false;       // the table gives positions in scene units, not directions towards the lamps
+  // Place of a flash from the camera: to the right, up and backwards, in scene units.
+  std::optional<Vec3<double>> flash;
+
+  bool isGiven() const { return !pattern.empty() || flash.has_value(); }
+};
+
+// What a name says by a pattern.
+struct LitName {
+  std::string camera, light;
+};
+// Names of camera and light; empty if the name does not fit. Neither contains a slash; the shortest camera is
+// taken. Throws Error unless the pattern has {camera} and {light} once each.
+std::optional<LitName> matched(std::string_view pattern, std::string_view name);
+
+// Gives the photographs of a source under fixed light their lights. With a pattern, every picture that fits
+// it and whose camera has a registered picture becomes a photograph; the pose of a camera is the mean of its
+// registered pictures' poses, which a note tells if they differ. Strengths are taken as equal. Throws Error.
+void giveLights(ForeignCapture& source, const LampOptions& options);
+
+} // namespace surflect::importers
