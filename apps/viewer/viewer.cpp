@@ -161,10 +161,12 @@ Viewer::Viewer(ViewerInput input, const Progress& progress)
     openers.emplace_back([model, setting = input_.setting](const Progress& opening) {
       return method::openRenderer(model, setting, opening);
     });
-  Progress own;
-  own.report = [this](std::string_view stage, double fraction) { report(stage, fraction); };
-  own.cancelled = [this] { return isEnding_.load(); };
-  session_ = std::make_unique<session::Session>(std::move(openers), std::move(own));
+  session_ = std::make_unique<session::Session>(std::move(openers), untilTheEnd());
+}
+
+Progress Viewer::untilTheEnd() {
+  return {[this](std::string_view stage, double fraction) { report(stage, fraction); },
+          [this] { return isEnding_.load(); }};
 }
 
 Viewer::~Viewer() { end(); }
@@ -393,8 +395,7 @@ Answer Viewer::photograph(const FrameRequest& request) {
   Photographs& all = photographs(request.model);
   const size_t frame = all.find(cameraOf(request), request.light);
   const Stopwatch reading;
-  Progress progress;
-  progress.cancelled = [this] { return isEnding_.load(); };
+  const Progress progress = untilTheEnd();
   DisplayOptions display = request.display;
   display.white = request.white.value_or(all.whiteOf(frame, progress));
   DisplayPicture shown;
@@ -421,8 +422,7 @@ Answer Viewer::photograph(const FrameRequest& request) {
 Answer Viewer::comparison(const std::string& tab, const FrameRequest& request) {
   requireModel(request.model);
   Photographs& all = photographs(request.model);
-  Progress progress;
-  progress.cancelled = [this] { return isEnding_.load(); };
+  const Progress progress = untilTheEnd();
   const Photographs::Truth truth = all.truth(all.find(cameraOf(request), request.light), progress);
   const DescribedModel& model = *models_[request.model];
   const method::Setting setting = settingOf(request, model);
@@ -526,8 +526,7 @@ Json Viewer::probe(const std::string& tab, const Json& body) {
 Answer Viewer::thumbnail(const Json& body) {
   Photographs& all =
       photographs(static_cast<size_t>(wholeAt(body, "model", 0, static_cast<int>(models_.size()) - 1)));
-  Progress progress;
-  progress.cancelled = [this] { return isEnding_.load(); };
+  const Progress progress = untilTheEnd();
   const size_t frame = all.find(textAt(body, "camera"), textAt(body, "light"));
   const auto picture = all.read(frame, progress);
   const int side = std::min({kThumbnail, picture->width, picture->height});

@@ -105,6 +105,8 @@ private:
   void setModel(const std::string& tab, size_t model);
   void forgetClosedTabs(); // with mutex_ held
   void report(std::string_view stage, double fraction);
+  // Reports to the pages; cancelled when the viewer ends.
+  Progress untilTheEnd();
   std::string stemOf(size_t model) const;
   // A path in the folder of snapshots that no file has, without extension; makes the folder.
   std::filesystem::path freeName(const std::string& stem);

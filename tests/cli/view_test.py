@@ -321,7 +321,7 @@ class View(TestInFolder):
 
     def test_garbage_on_the_socket_is_survived(self):
         with concurrent.futures.ThreadPoolExecutor() as pool:
-            list(pool.map(self.send_garbage, range(3)))  # 20 s each
+            list(pool.map(self.send_garbage, range(6)))  # for ten seconds each
         self.assertEqual(self.frame()[0], 200)
 
     def send_garbage(self, seed):
@@ -330,7 +330,7 @@ class View(TestInFolder):
         good = json.dumps(shot_of(self.start)).encode()
         begin = time.monotonic()
         rounds = 0
-        while time.monotonic() - begin < 20:
+        while time.monotonic() - begin < 10:
             rounds += 1
             body = bytearray(good)
             for _ in range(seeded.randint(1, 8)):
@@ -347,7 +347,7 @@ class View(TestInFolder):
             if rounds % 10 == 0:
                 with socket.create_connection(("127.0.0.1", self.viewer.port)) as raw:
                     raw.sendall(seeded.randbytes(seeded.randint(1, 300)))
-        self.assertGreater(rounds, 50)
+        self.assertGreater(rounds, 10)
 
     def test_a_killed_viewer_leaves_no_half_written_file(self):
         folder = self.folder / "killed"
