@@ -19,6 +19,24 @@ export function el(tag, props = {}, ...children) {
 
 export const byId = (id) => document.getElementById(id);
 
+// Opens a section of the panel and scrolls it into view.
+export function openSection(id) {
+  const section = byId(id);
+  section.open = true;
+  section.scrollIntoView({ block: "start" });
+}
+
+// Scrolls the panel, where it is beside the picture, so far that a part of it is seen from its beginning.
+export function scrollInPanel(node) {
+  const panel = byId("panel-body"),
+    box = node.getBoundingClientRect(),
+    around = panel.getBoundingClientRect();
+  if (panel.scrollHeight <= panel.clientHeight || !box.height) return;
+  if (box.top < around.top) panel.scrollTop += box.top - around.top;
+  else if (box.bottom > around.bottom)
+    panel.scrollTop += Math.min(box.bottom - around.bottom, box.top - around.top);
+}
+
 // A button; `name` is its label for screen readers where its text is only a sign.
 export function button(text, onClick, { id, name, title, pressed, data, className } = {}) {
   return el("button", {

@@ -1,6 +1,6 @@
 // Rows of the side panel that show and edit one key of a camera, light or warp: sliders, typed numbers and key buttons.
 
-import { el, fillSelect, freshId } from "./dom.js";
+import { checkBox, el, fillSelect, freshId } from "./dom.js";
 import { hexOfLinear, linearOfHex } from "./lamps.js";
 import { numberRow, signs } from "./number_row.js";
 import { getIn, hasKeyAt, isKeys, parseTyped, setIn, withKey, withoutKey, withValue } from "./tracks.js";
@@ -19,7 +19,13 @@ function vectorRows(app, path, spec, label, name, moves) {
   return { node, refresh: () => rows.forEach((r) => r.refresh()) };
 }
 
-// The colour of a lamp: linear light in the script, sRGB on the picker.
+// Three numbers of at least 0 in a text such as "1 0.7 0.4"; null if it is none.
+function threeOf(text) {
+  const numbers = text.trim().split(/[\s,;]+/).map(Number);
+  return numbers.length === 3 && numbers.every((x) => Number.isFinite(x) && x >= 0) ? numbers : null;
+}
+
+// The colour of a lamp: linear light in the script and in the field, sRGB on the picker.
 function colorRow(app, path, spec, label, name) {
   const { store } = app,
     id = freshId();
@@ -40,7 +46,36 @@ function colorRow(app, path, spec, label, name) {
       change: () => store.endGesture(),
     },
   });
-  const numbers = el("span", { class: "note" });
+  const error = el("span", { class: "field-error", id: `${id}-error` });
+  const showError = (text) => {
+    error.textContent = text;
+    if (text) linear.setAttribute("aria-describedby", error.id);
+    else linear.removeAttribute("aria-describedby");
+    linear.toggleAttribute("aria-invalid", false);
+    if (text) linear.setAttribute("aria-invalid", "true");
+  };
+  const linear = el("input", {
+    type: "text",
+    autocomplete: "off",
+    spellcheck: "false",
+    "aria-label": `${name}, linear red, green and blue`,
+    title: "Linear red, green and blue",
+    data: { role: "linear" },
+    on: {
+      change: (event) => {
+        const rgb = threeOf(linear.value);
+        showError(rgb ? "" : "expected three numbers of at least 0: red, green, blue");
+        if (rgb)
+          put((track, i) => withValue(track, store.view.frame, rgb[i]), { stamp: event.timeStamp });
+      },
+      keydown: (event) => {
+        if (event.key !== "Escape") return;
+        showError("");
+        linear.blur();
+        refresh();
+      },
+    },
+  });
   const key = el("button", {
     type: "button",
     class: "key",
@@ -61,23 +96,49 @@ function colorRow(app, path, spec, label, name) {
   };
   const node = el(
     "div",
-    { class: "field", data: { path: path.join(".") } },
+    { class: "field color", data: { path: path.join(".") } },
     el("label", { class: "row-label", for: id, text: label }),
     picker,
-    numbers,
+    linear,
     key,
+    error,
+  );
+  function refresh() {
+    const now = current(),
+      hex = hexOfLinear(now),
+      here = tracks().some((track) => hasKeyAt(track, store.view.frame));
+    if (picker.value !== hex) picker.value = hex;
+    if (document.activeElement !== linear && !linear.hasAttribute("aria-invalid"))
+      linear.value = now.map((c) => tidy(c, 4)).join(" ");
+    key.textContent = here ? signs.keyHere : tracks().some(isKeys) ? signs.keys : signs.literal;
+    key.setAttribute("aria-pressed", String(here));
+    key.title = here ? "Remove this frame's key" : "Add a key at this frame";
+  }
+  return { node, refresh };
+}
+
+// A number that may be absent, for "everywhere".
+function optionalRow(app, path, spec, label, name) {
+  const { store } = app,
+    number = numberRow(app, path, spec, "within", name, { moves: false });
+  const everywhere = checkBox(
+    "everywhere",
+    true,
+    (on) => store.edit((doc) => setIn(doc, path, on ? undefined : tidy(app.model().radius, 3))),
+    { data: { role: "everywhere" } },
+  );
+  const node = el(
+    "div",
+    { class: "optional", role: "group", "aria-label": name, data: { path: path.join(".") } },
+    el("div", { class: "row" }, el("span", { class: "row-label", text: label }), everywhere.node),
+    number.node,
   );
   return {
     node,
     refresh: () => {
-      const now = current(),
-        hex = hexOfLinear(now),
-        here = tracks().some((track) => hasKeyAt(track, store.view.frame));
-      if (picker.value !== hex) picker.value = hex;
-      numbers.textContent = now.map((c) => tidy(c, 3)).join(" ");
-      key.textContent = here ? signs.keyHere : tracks().some(isKeys) ? signs.keys : signs.literal;
-      key.setAttribute("aria-pressed", String(here));
-      key.title = here ? "Remove this frame's key" : "Add a key at this frame";
+      everywhere.box.checked = getIn(store.doc, path) === undefined;
+      number.node.hidden = everywhere.box.checked;
+      number.refresh();
     },
   };
 }
@@ -176,6 +237,8 @@ export function fieldOf(app, path, spec, of) {
     case "text":
     case "file":
       return textRow(app, path, spec, label, name);
+    case "optionalNumber":
+      return optionalRow(app, path, spec, label, name);
     default:
       return numberRow(app, path, spec, label, name, { moves: spec.kind === "number" });
   }

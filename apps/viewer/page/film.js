@@ -1,8 +1,9 @@
 // What leaves the page: saving the script, snapshots, films, and the script's text and command.
 
 import { byId } from "./dom.js";
-import { whyNoScene } from "./request.js";
+import { sentPlaces, whyNoScene } from "./request.js";
 import { parseTyped } from "./tracks.js";
+import { tidy } from "./vec.js";
 
 async function copied(text) {
   try {
@@ -18,13 +19,27 @@ export function timeLeft(seconds) {
   return seconds < 90 ? `${Math.ceil(seconds)} s left` : `${Math.ceil(seconds / 60)} min left`;
 }
 
+// What is left out of the picture, as "the 3 lamps and the warp that are muted here"; "" if nothing is. `model` is that of
+// a picture, null for the script itself.
+export function mutedText({ flags }, model) {
+  const words = { light: ["lamp", "lamps"], warp: ["warp", "warps"] };
+  const counts = ["light", "warp"]
+    .filter((part) => model === null || (part === "light" ? model.relights : model.deforms))
+    .map((part) => [words[part], flags[part].length - sentPlaces(flags[part]).length])
+    .filter(([, n]) => n > 0);
+  const all = counts.reduce((sum, [, n]) => sum + n, 0);
+  if (!all) return "";
+  const list = counts.map(([[one, many], n]) => (n === 1 ? `the ${one}` : `the ${n} ${many}`)).join(" and ");
+  return `${list} that ${all === 1 ? "is" : "are"} muted here`;
+}
+
+const plural = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
+
 export class Film {
   constructor(app) {
     this.app = app;
     this.recording = false;
-    this.told = ""; // the progress shown last in the status line
-    this.covered = ""; // what stood there before it
-    this.forgetting = 0; // timer that takes progress from the status line
+    this.frames = 0; // of the film that is recorded
     const on = (id, action) => byId(id).addEventListener("click", () => action.call(this));
     on("save", this.save);
     on("snapshot", this.snapshot);
@@ -57,7 +72,8 @@ export class Film {
 
   async save() {
     const { server, start } = this.app,
-      doc = structuredClone(this.app.store.doc);
+      doc = structuredClone(this.app.store.doc),
+      muted = mutedText(this.app.store, null);
     const saved = await this.ask(() =>
       server.post("/save", { doc, saves: start.saves }).catch((error) => {
         throw this.explained(error);
@@ -68,10 +84,11 @@ export class Film {
     start.doc = doc;
     start.saves = saved.saves;
     this.app.remember();
+    const all = muted && `, with ${muted}`;
     this.app.say(
       saved.changed
-        ? `Saved ${saved.path}: ${saved.changed} ${saved.changed === 1 ? "line" : "lines"} changed.`
-        : `${saved.path} was up to date.`,
+        ? `Saved ${saved.path}${all}: ${plural(saved.changed, "line")} changed.`
+        : `${saved.path} was up to date${all}.`,
     );
   }
 
@@ -95,8 +112,15 @@ export class Film {
     return why !== null;
   }
 
+  // ", without the lamp that is muted here", of pictures that are written; or "".
+  lacking() {
+    const muted = mutedText(this.app.store, this.app.model());
+    return muted && `, without ${muted}`;
+  }
+
   async snapshot() {
     if (this.lacksScene()) return null;
+    const lacking = this.lacking();
     this.app.timeline.pause();
     const answer = await this.ask(
       () =>
@@ -106,8 +130,8 @@ export class Film {
       { afterFull: true },
     );
     if (!answer) return null;
-    this.app.say(`Wrote ${answer.files.join(", ")}.`);
-    return answer;
+    this.app.say(`Wrote ${answer.files.join(", ")}${lacking}.`);
+    return { ...answer, lacking };
   }
 
   // A snapshot's command renders this view again.
@@ -116,7 +140,9 @@ export class Film {
     if (!answer) return;
     const done = await copied(answer.command);
     this.showDialog("Command", answer.command);
-    this.app.say(done ? "The command is copied." : "The command is shown; select and copy it.");
+    this.app.say(
+      `${done ? "The command is copied" : "The command is shown to be selected and copied"}${answer.lacking}.`,
+    );
   }
 
   async showText() {
@@ -138,7 +164,8 @@ export class Film {
       byId("record-last").value = last;
       const [width, height] = this.app.store.doc.output?.size ?? ["?", "?"];
       byId("record-note").textContent =
-        `${fps} frames per second of ${width} × ${height} pixels. The picture waits while the film is rendered.`;
+        `${fps} frames per second of ${width} × ${height} pixels${this.lacking()}. ` +
+        "The picture waits while the film is rendered.";
     }
     byId("record-dialog").showModal();
   }
@@ -151,6 +178,9 @@ export class Film {
       byId("record-note").textContent = "Expected two whole numbers, the first not after the last.";
       return;
     }
+    const lacking = this.lacking(),
+      { fps } = this.app.timeline.frames();
+    this.frames = last.value - first.value + 1;
     this.app.timeline.pause();
     this.setRecording(true);
     const answer = await this.ask(
@@ -166,8 +196,10 @@ export class Film {
       { afterFull: true },
     );
     this.setRecording(false);
-    byId("record-note").textContent = answer?.file ? `Wrote ${answer.file}.` : "No film was written.";
-    if (answer?.file) this.app.say(`Wrote ${answer.file}.`);
+    const frames = answer?.frames ?? this.frames,
+      wrote = `Wrote ${answer?.file}: ${plural(frames, "frame")}, ${tidy(frames / fps, 3)} s${lacking}.`;
+    byId("record-note").textContent = answer?.file ? wrote : "No film was written.";
+    if (answer?.file) this.app.say(wrote);
   }
 
   async stop() {
@@ -183,7 +215,11 @@ export class Film {
     byId("record-start").disabled = recording;
     byId("record-stop").disabled = !recording;
     byId("record-progress").hidden = !recording;
-    if (recording) byId("record-bar").removeAttribute("value");
+    if (recording) {
+      byId("record-bar").max = this.frames;
+      byId("record-bar").removeAttribute("value");
+      byId("record-left").textContent = "";
+    }
     byId("record").classList.toggle("busy", recording);
     byId("record").textContent = recording ? "Recording…" : "Record";
   }
@@ -191,19 +227,13 @@ export class Film {
   // An event of the server.
   heard(event) {
     if (event.kind !== "progress") return;
-    if (this.recording) {
-      byId("record-bar").value = event.fraction;
-      byId("record-left").textContent = [event.stage, timeLeft(event.secondsLeft)].filter(Boolean).join(", ");
-      return;
-    }
-    const remark = byId("remark");
-    if (remark.classList.contains("bad")) return;
-    if (remark.textContent !== this.told) this.covered = remark.textContent;
-    this.told = `${event.stage}, ${Math.round(100 * event.fraction)} %`;
-    this.app.say(this.told);
-    clearTimeout(this.forgetting);
-    this.forgetting = setTimeout(() => {
-      if (remark.textContent === this.told) this.app.say(this.covered);
-    }, 3000);
+    if (!this.recording)
+      return this.app.status.progress(`${event.stage}, ${Math.round(100 * event.fraction)} %`);
+    if (event.stage !== "film") return;
+    const done = Math.round(event.fraction * this.frames);
+    byId("record-bar").value = done;
+    byId("record-left").textContent = [`${done} of ${plural(this.frames, "frame")}`, timeLeft(event.secondsLeft)]
+      .filter(Boolean)
+      .join(", ");
   }
 }

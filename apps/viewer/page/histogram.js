@@ -2,22 +2,28 @@
 
 const bins = 128;
 
-// Counts per channel and clipped shares of the object; `pixels` is RGBA bytes. Pixels of the background, within what
+const tenth = 89; // display value of a tenth of white
+
+// Counts per channel, and the shares of the object that are clipped or lighter than a tenth of white; `pixels` is RGBA bytes. Pixels of the background, within what
 // JPEG changes, are left out.
 export function histogramOf(pixels, background) {
   const counts = [0, 1, 2].map(() => new Float64Array(bins)),
     around = background.map((c) => 255 * c);
   let low = 0,
     high = 0,
+    light = 0,
     n = 0;
   for (let i = 0; i < pixels.length; i += 4) {
     if (around.every((c, k) => Math.abs(pixels[i + k] - c) <= 3)) continue;
     ++n;
     for (let c = 0; c < 3; ++c) ++counts[c][pixels[i + c] >> 1];
-    if (Math.max(pixels[i], pixels[i + 1], pixels[i + 2]) >= 254) ++high;
-    if (Math.max(pixels[i], pixels[i + 1], pixels[i + 2]) <= 1) ++low;
+    const most = Math.max(pixels[i], pixels[i + 1], pixels[i + 2]);
+    if (most >= 254) ++high;
+    if (most >= tenth) ++light;
+    if (most <= 1) ++low;
   }
-  return { counts, low: low / Math.max(1, n), high: high / Math.max(1, n) };
+  const share = (count) => count / Math.max(1, n);
+  return { counts, n, low: share(low), high: share(high), light: share(light) };
 }
 
 // The pixels of a picture, at most 256 wide.

@@ -1,13 +1,14 @@
 // A list of lamps, environments or warps in the side panel: each can be opened, muted, put on solo and deleted.
 
-import { button, el, setPressed } from "./dom.js";
+import { button, el, scrollInPanel, setPressed } from "./dom.js";
 
 export class Items {
   // part: "light" or "warp"; keep(item) chooses the items of this list; name(item, index); body(item, index) gives
   // { nodes, refresh } of an opened item; shape(item) is a text that changes when the body must be made anew;
-  // swatch(index) is the item's colour; solo is whether items can be shown alone.
-  constructor(app, host, { part, keep, name, body, shape, solo, swatch }) {
-    Object.assign(this, { app, host, part, keep, name, body, shape, solo, swatch });
+  // swatch(index) is the item's colour; solo is whether items can be shown alone; chosen(index) whether one is highlighted;
+  // choose(index) and removed(index) tell of these.
+  constructor(app, host, { part, keep, name, body, shape, solo, swatch, chosen, choose, removed }) {
+    Object.assign(this, { app, host, part, keep, name, body, shape, solo, swatch, chosen, choose, removed });
     this.built = "";
     this.open = new Set();
     this.rows = [];
@@ -20,6 +21,7 @@ export class Items {
   remove(index) {
     this.open = new Set([...this.open].filter((i) => i !== index).map((i) => (i > index ? i - 1 : i)));
     const { part } = this;
+    this.removed?.(index);
     this.app.store.edit((doc, flags) => {
       doc[part].splice(index, 1);
       flags[part].splice(index, 1);
@@ -32,7 +34,10 @@ export class Items {
   reveal(index, focus = true) {
     this.open.add(index);
     this.refresh();
-    if (focus) this.rows.find((r) => r.index === index)?.toggle.focus();
+    const row = this.rows.find((r) => r.index === index);
+    if (!row) return;
+    scrollInPanel(row.node);
+    if (focus) row.toggle.focus({ preventScroll: true });
   }
 
   refresh() {
@@ -52,6 +57,7 @@ export class Items {
       setPressed(r.mute, flags.mute);
       if (r.solo) setPressed(r.solo, flags.solo);
       r.node.classList.toggle("muted", flags.mute);
+      r.node.classList.toggle("chosen", Boolean(this.chosen?.(r.index)));
       r.body?.refresh();
     }
   }
@@ -70,6 +76,7 @@ export class Items {
         click: () => {
           if (open) this.open.delete(index);
           else this.open.add(index);
+          this.choose?.(index);
           this.refresh();
           this.rows.find((r) => r.index === index)?.toggle.focus();
         },

@@ -1,7 +1,7 @@
 // Lamps as places about the model: where their markers stand and how a drag moves them.
 
-import { basis, project, rayThrough } from "./camera.js";
-import { add, dot, isFinite3, length, normalize, rotate, scale, sub } from "./vec.js";
+import { basis, rayThrough } from "./camera.js";
+import { add, cross, dot, isFinite3, length, normalize, rotate, scale, sub } from "./vec.js";
 
 const shell = 1.6; // radii of the model at which markers of directional lamps stand
 
@@ -25,35 +25,41 @@ export function turned(place, model, pose, yaw, pitch) {
   return add(model.middle, rotate(rotate(sub(place, model.middle), up, yaw), right, pitch));
 }
 
-// The place under the pointer on the sphere about the model's middle through `place`, on the same side as `place`.
-// Where the ray passes beside the sphere: the sphere's point nearest to it. Null if the camera is inside of the sphere.
+// The place under the pointer on the sphere about the model's middle through `place`, on the same side as `place`: the
+// near one where the ray enters the sphere, or the far one. Where the ray passes beside: the sphere's point nearest to it.
 export function draggedOnSphere(place, model, pose, aspect, x, y) {
   const arm = sub(place, model.middle),
     r = length(arm),
     toMiddle = sub(model.middle, pose.position);
-  if (length(toMiddle) <= r * 1.02) return null;
   const ray = rayThrough(pose, aspect, x, y),
     along = dot(toMiddle, ray);
   const nearest = sub(scale(ray, along), toMiddle),
     miss = length(nearest);
   if (miss >= r) return add(model.middle, scale(nearest, r / miss));
-  const front = dot(arm, toMiddle) < 0;
-  return add(pose.position, scale(ray, along + (front ? -1 : 1) * Math.sqrt(r * r - miss * miss)));
+  const isNear = dot(arm, sub(place, pose.position)) < 0;
+  return add(pose.position, scale(ray, along + (isNear ? -1 : 1) * Math.sqrt(r * r - miss * miss)));
 }
 
 // The place at a changed distance from the middle.
 export const atDistance = (place, model, factor) =>
   add(model.middle, scale(sub(place, model.middle), factor));
 
-// Where a marker is shown on the picture: inside of its border, "out" if the place itself is not on the picture.
-export function shownAt(place, pose, aspect) {
-  const p = project(pose, aspect, place),
-    margin = 0.03;
-  if (p.depth > 0 && p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1) return { x: p.x, y: p.y, out: false };
-  const dx = p.x - 0.5,
-    dy = p.y - 0.5;
-  const k = (0.5 - margin) / Math.max(Math.abs(dx), Math.abs(dy), 1e-6);
-  return { x: 0.5 + dx * k, y: 0.5 + dy * k, out: true };
+// Directions from the model's middle for a new lamp, best first: towards the camera, turned to the upper right of the view
+// by about 25 degrees; then less, and to its other corners.
+export function directionsOfNew(model, pose) {
+  const { right, up, forward } = basis(pose),
+    toCamera = normalize(sub(pose.position, model.middle), scale(forward, -1));
+  const corners = [
+    [1, 1],
+    [-1, 1],
+    [1, -1],
+    [-1, -1],
+  ];
+  return corners.flatMap(([x, y]) => {
+    const aside = normalize(add(scale(right, x), scale(up, y))),
+      axis = normalize(cross(toCamera, aside), right);
+    return [25, 20, 15, 10, 5].map((degrees) => rotate(toCamera, axis, (degrees * Math.PI) / 180));
+  });
 }
 
 // A captured light as a lamp of a script.
@@ -100,4 +106,11 @@ export function hexOfLinear(rgb) {
       })
       .join("")
   );
+}
+
+// Black or white, whichever is read better on a colour as hexOfLinear() shows it [WCAG 2.2, relative luminance].
+export function inkOn(rgb) {
+  const most = Math.max(1, ...rgb),
+    luminance = (0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]) / most;
+  return luminance > 0.179 ? "#000000" : "#ffffff";
 }

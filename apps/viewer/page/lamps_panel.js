@@ -3,9 +3,9 @@
 import { byId, fillSelect } from "./dom.js";
 import { fieldsOf } from "./field.js";
 import { Items } from "./items.js";
-import { colorOf, hexOfLinear, lampOfCaptured, usualStrength } from "./lamps.js";
+import { colorOf, directionsOfNew, hexOfLinear, lampOfCaptured, markerPlace, usualStrength } from "./lamps.js";
 import { lightFields } from "./schema.js";
-import { length, normalize, sub, tidy, tidy3 } from "./vec.js";
+import { add, length, scale, sub, tidy, tidy3 } from "./vec.js";
 
 export const lampName = (lamp, index) => `Lamp ${index + 1}, ${lamp.type}`;
 
@@ -15,6 +15,9 @@ export class LampsPanel {
     const shared = {
       part: "light",
       solo: true,
+      removed: (index) => this.removed(index),
+      chosen: (index) => index === app.selectedLamp,
+      choose: (index) => app.hands.choose(index, false),
       swatch: (index) => hexOfLinear(colorOf(app.scene.values().light[index])),
       body: (lamp, index) =>
         fieldsOf(app, ["light", index], lightFields[lamp.type] ?? [], `Lamp ${index + 1}`),
@@ -30,8 +33,8 @@ export class LampsPanel {
       name: (lamp) =>
         app.start.environments.find((e) => e.image === lamp.image)?.name ?? lamp.image.replace(/^.*\//, ""),
     });
-    byId("add-point").addEventListener("click", () => this.add(this.lampAtCamera("point")));
-    byId("add-directional").addEventListener("click", () => this.add(this.lampAtCamera("directional")));
+    byId("add-point").addEventListener("click", () => this.add(this.newLamp("point")));
+    byId("add-directional").addEventListener("click", () => this.add(this.newLamp("directional")));
     byId("add-captured").addEventListener("change", (event) => {
       const light = app.model().lights.find((l) => l.name === event.target.value);
       event.target.value = "";
@@ -51,14 +54,23 @@ export class LampsPanel {
     });
   }
 
-  lampAtCamera(type) {
-    const { position } = this.app.scene.pose(),
+  // A lamp on the camera's side of the object, whose disc is free to be grabbed on the picture.
+  newLamp(type) {
+    const { hands, scene } = this.app,
       model = this.app.model(),
-      arm = sub(position, model.middle);
-    const lamp = { type, color: [1, 1, 1], intensity: tidy(usualStrength(type, model, length(arm)), 3) };
-    if (type === "point") lamp.position = tidy3(position);
-    else lamp.direction = tidy3(normalize(arm));
-    return lamp;
+      pose = scene.pose(),
+      fromCamera = length(sub(pose.position, model.middle)),
+      distance = Math.min(2.5 * model.radius, 0.7 * fromCamera || Infinity);
+    const lampAlong = (direction) =>
+      type === "point"
+        ? { type, position: tidy3(add(model.middle, scale(direction, distance))) }
+        : { type, direction: tidy3(direction) };
+    const lamps = directionsOfNew(model, pose).map(lampAlong);
+    return {
+      ...(lamps.find((lamp) => hands.isFree(markerPlace(lamp, model))) ?? lamps[0]),
+      color: [1, 1, 1],
+      intensity: tidy(usualStrength(type, model, distance), 3),
+    };
   }
 
   add(lamp) {
@@ -66,7 +78,9 @@ export class LampsPanel {
     if ((store.doc.light?.length ?? 0) >= limits.lights)
       return this.app.say(`A viewer's script has at most ${limits.lights} lights.`);
     store.edit((doc) => (doc.light ??= []).push(lamp));
-    this.reveal(store.doc.light.length - 1);
+    this.app.selectedLamp = store.doc.light.length - 1;
+    this.reveal(this.app.selectedLamp);
+    this.app.hands.show();
   }
 
   listOf(index) {
@@ -77,6 +91,13 @@ export class LampsPanel {
   }
   remove(index) {
     this.listOf(index).remove(index);
+  }
+
+  // The selected lamp stays selected, under its new number, when another one is deleted.
+  removed(index) {
+    const { app } = this;
+    if (app.selectedLamp === index) app.selectedLamp = -1;
+    else if (app.selectedLamp > index) --app.selectedLamp;
   }
 
   refresh() {

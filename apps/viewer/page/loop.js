@@ -36,10 +36,15 @@ export class Loop {
     this.wake();
   }
 
-  // Does work that needs the server between pictures. `afterFull`: once the full picture is shown.
-  job(work, { afterFull = false } = {}) {
+  // Does work that needs the server between pictures. `afterFull`: once the full picture is shown; `urgent`: at once, and
+  // the full picture in flight begins anew after it.
+  job(work, { afterFull = false, urgent = false } = {}) {
     return new Promise((done, fail) => {
-      this.jobs.push({ afterFull, work: () => work().then(done, fail) });
+      const job = { afterFull, work: () => work().then(done, fail) };
+      if (urgent) {
+        this.jobs.unshift(job);
+        this.full?.abort();
+      } else this.jobs.push(job);
       this.wake();
     });
   }

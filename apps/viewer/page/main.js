@@ -3,7 +3,7 @@
 import { CameraPanel } from "./camera_panel.js";
 import { dollied, flown, looked, orbited, panned, poseOfModel } from "./camera.js";
 import { ComparePanel } from "./compare.js";
-import { byId, fillSelect, setPressed } from "./dom.js";
+import { byId, fillSelect, openSection, setPressed } from "./dom.js";
 import { Film } from "./film.js";
 import { checksum, decode, difference, readFragment, writeFragment } from "./fragment.js";
 import { Hands } from "./hands.js";
@@ -11,7 +11,7 @@ import { Keys } from "./keys.js";
 import { LampsPanel } from "./lamps_panel.js";
 import { Loop } from "./loop.js";
 import { Pictures } from "./pictures.js";
-import { Probe } from "./probe.js";
+import { looking, Probe } from "./probe.js";
 import { QualityPanel } from "./quality.js";
 import { cameraOfPose, isScore, layerOfA, pictureShape, sentPlaces } from "./request.js";
 import { restored } from "./restored.js";
@@ -104,11 +104,18 @@ class App {
       select: (lamp) => this.hands.select({ kind: "lamp", index: lamp }),
       move: (lamp, place, event) => this.hands.moveLamp(lamp, place, event.timeStamp),
       ended: () => this.store.endGesture(),
+      resized: () => {
+        this.hands.measure();
+        this.hands.show();
+      },
     });
     this.keys = new Keys(this);
     this.stage = new Stage({
+      background: () => this.store.view.background,
       shape: () => pictureShape(this.store, this.scene.lens(), this.stagePixels()),
       resized: () => {
+        this.probe.unmark();
+        this.hands.measure();
         this.hands.show();
         this.loop.changed();
       },
@@ -145,6 +152,7 @@ class App {
     if (what === "camera" || what === "view") this.viewPanel.keepLight();
     if (what !== "page") {
       this.lastFull = null;
+      this.probe.changed(what);
       this.pictures.clearProblem("page");
       this.loop.changed(stamp);
     }
@@ -183,6 +191,7 @@ class App {
     if (split === null && (stage.pictures.b || this.status.problems.has("b"))) this.pictures.forgetB();
     stage.layout();
     if (moved) stage.draw();
+    this.hands.measure();
     this.hands.show();
     this.rig.draw();
     byId("undo").disabled = !store.past.length;
@@ -253,8 +262,23 @@ class App {
 
   // A click on the picture, in the modes that have a use for it.
   clicked(x, y) {
-    if (this.mode === "probe") this.probe.show(x, y).catch((error) => this.pictures.showError(error));
-    else if (this.mode === "handle") this.addHandle(x, y).catch((error) => this.pictures.showError(error));
+    if (this.mode === "probe") this.look(() => this.probe.show(x, y));
+    else if (this.mode === "handle") this.look(() => this.addHandle(x, y));
+  }
+
+  // Does what a click asks of the server; further clicks are ignored until that has answered.
+  async look(work) {
+    if (this.isLooking) return;
+    this.isLooking = true;
+    byId("picture").dataset.busy = "";
+    try {
+      await work();
+    } catch (error) {
+      this.pictures.showError(error);
+    }
+    this.isLooking = false;
+    delete byId("picture").dataset.busy;
+    if (this.status.message === looking) this.say("");
   }
 
   async addHandle(x, y) {
@@ -278,6 +302,11 @@ class App {
     byId("model").addEventListener("change", (event) => this.chooseModel(Number(event.target.value)));
     for (const mode of ["turn", "fly", "handle", "probe"])
       byId(`mode-${mode}`).addEventListener("click", () => this.setMode(mode === "turn" ? "turn" : mode));
+    for (const link of document.querySelectorAll("#panel-links button"))
+      link.addEventListener("click", () => {
+        openSection(link.dataset.section);
+        byId(link.dataset.section).querySelector("summary").focus({ preventScroll: true });
+      });
     // Opened sections catch up.
     for (const section of document.querySelectorAll("details.section"))
       section.addEventListener("toggle", () => {

@@ -5,8 +5,9 @@ import { byId, el } from "./dom.js";
 const step = 0.03; // of the picture's height, per press of an arrow key
 
 export class Markers {
-  // hooks: drag(marker, x, y, dx, dy, event) to a place of the picture; scale(marker, factor, event); remove(marker);
-  // select(marker); ended().
+  // hooks: drag(marker, { from, to, grip }, event) by the pointer's way between two places of the picture, { x, y };
+  // `grip` is an object that lasts from press to release; scale(marker, factor, event); remove(marker); select(marker);
+  // ended().
   constructor(hooks, place) {
     this.hooks = hooks;
     this.place = place; // of an event on the picture
@@ -14,7 +15,8 @@ export class Markers {
     this.nodes = new Map();
   }
 
-  // Shows [{ key, kind, index, handle, x, y, out, name, color, off }]; x and y are parts of the picture.
+  // Shows [{ key, kind, index, handle, x, y, out, direction, text, name, title, color, ink, off, chosen }]; x and y are
+  // parts of the picture, direction the radians, clockwise from the right, at which a place outside of it lies.
   show(markers) {
     const keys = new Set(markers.map((marker) => marker.key));
     for (const [key, node] of this.nodes)
@@ -29,38 +31,44 @@ export class Markers {
       node.style.transform = `translate(${marker.x * width}px, ${marker.y * height}px) translate(-50%, -50%)`;
       node.classList.toggle("out", Boolean(marker.out));
       node.classList.toggle("off", Boolean(marker.off));
-      if (marker.color) node.style.setProperty("--lamp", marker.color);
-      if (node.getAttribute("aria-label") !== marker.name) {
-        node.setAttribute("aria-label", marker.name);
-        node.title = marker.name;
+      node.classList.toggle("chosen", Boolean(marker.chosen));
+      if (marker.out) node.style.setProperty("--direction", `${marker.direction.toFixed(3)}rad`);
+      if (marker.color) {
+        node.style.setProperty("--lamp", marker.color);
+        node.style.setProperty("--ink", marker.ink);
       }
+      const face = node.firstElementChild,
+        title = marker.title ?? marker.name;
+      if (face.textContent !== (marker.text ?? "")) face.textContent = marker.text ?? "";
+      if (node.getAttribute("aria-label") !== marker.name) node.setAttribute("aria-label", marker.name);
+      if (node.title !== title) node.title = title;
     }
   }
 
   made(marker) {
-    const node = el("button", {
-      type: "button",
-      class: `marker ${marker.kind}`,
-      data: { marker: marker.key },
-    });
+    const node = el(
+      "button",
+      { type: "button", class: `marker ${marker.kind}`, data: { marker: marker.key } },
+      el("span", { class: "face" }),
+    );
     this.nodes.set(marker.key, node);
     this.layer.append(node);
-    let last = null;
+    let last = null,
+      grip = {};
     node.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
-      last = { x: event.clientX, y: event.clientY };
+      last = this.place(event);
+      grip = {};
       node.setPointerCapture(event.pointerId);
       this.hooks.select(node.marker);
       event.stopPropagation();
     });
     node.addEventListener("pointermove", (event) => {
       if (!last) return;
-      const { x, y } = this.place(event),
-        height = this.layer.clientHeight || 1;
-      const dx = (event.clientX - last.x) / height,
-        dy = (event.clientY - last.y) / height;
-      if (dx || dy) this.hooks.drag(node.marker, x, y, dx, dy, event);
-      last = { x: event.clientX, y: event.clientY };
+      const from = last;
+      last = this.place(event);
+      if (last.x !== from.x || last.y !== from.y)
+        this.hooks.drag(node.marker, { from, to: last, grip }, event);
     });
     const end = () => {
       if (last) this.hooks.ended();
@@ -87,8 +95,9 @@ export class Markers {
     const move = moves[event.key];
     if (move && !event.ctrlKey && !event.altKey) {
       const [dx, dy] = move,
-        aspect = this.layer.clientWidth / Math.max(1, this.layer.clientHeight);
-      this.hooks.drag(marker, marker.x + dx / aspect, marker.y + dy, dx, dy, event);
+        aspect = this.layer.clientWidth / Math.max(1, this.layer.clientHeight),
+        { x, y } = marker;
+      this.hooks.drag(marker, { from: { x, y }, to: { x: x + dx / aspect, y: y + dy }, grip: {} }, event);
     } else if (event.key === "+" || event.key === "=") this.hooks.scale(marker, 1.1, event);
     else if (event.key === "-") this.hooks.scale(marker, 1 / 1.1, event);
     else if (event.key === "Delete") this.hooks.remove(marker);

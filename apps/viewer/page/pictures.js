@@ -3,9 +3,12 @@
 import { frameRequest, photographKey, sentPlaces, whiteOf } from "./request.js";
 import { pathOfError } from "./status.js";
 
+const wholeDoc = ["/save", "/text", "/values"]; // requests whose doc has what is muted, too
+
 export class Pictures {
   constructor(app) {
     this.app = app;
+    this.remarks = {}; // of the server, by pane: each is told once
     this.keyOfB = null; // photographKey() of the picture of pane B; null if that is no photograph
   }
 
@@ -25,6 +28,11 @@ export class Pictures {
       quality,
       scale,
     });
+  }
+
+  // The request of the picture at rest of pane A, whether or not that has come.
+  atRest() {
+    return this.app.lastFull ?? this.composed("a", "full", 1);
   }
 
   // The panes whose pictures a change of the state makes stale: a photograph beside the scene stays through its edits.
@@ -59,10 +67,11 @@ export class Pictures {
     app.status.banner("");
     this.clearProblem(pane);
     app.compare.report(pane, said);
-    if (said.remark) app.say(said.remark);
+    if (said.remark && said.remark !== this.remarks[pane]) app.say(said.remark);
+    this.remarks[pane] = said.remark;
     if (pane !== "a") return;
     app.quality.report({ said, size: request.size, ms: performance.now() - begun });
-    app.viewPanel.update(bitmap, request.background, quality === "full");
+    app.viewPanel.update(bitmap, request, quality === "full");
     app.hands.show();
   }
 
@@ -97,7 +106,9 @@ export class Pictures {
       app.status.banner("The server does not know this page. Open the address that `surflect view` printed.");
     else if (status !== undefined) {
       const { flags } = app.store,
-        places = { light: sentPlaces(flags.light), warp: sentPlaces(flags.warp) };
+        places = wholeDoc.includes(error.path)
+          ? {}
+          : { light: sentPlaces(flags.light), warp: sentPlaces(flags.warp) };
       app.status.banner("");
       this.showProblem(source, error.message, pathOfError(error.message, places));
     } else {

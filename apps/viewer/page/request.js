@@ -42,6 +42,7 @@ export function pictureShape({ doc, view }, lens, stage) {
 
 // Layers that name a photograph, and of these the scores, which are rendered in full only.
 const ofPhotograph = ["photograph", "match", "error"];
+export const isOfPhotograph = (layer) => ofPhotograph.includes(layer);
 export const isScore = (layer) => layer === "match" || layer === "error";
 
 // The key of `view` with the white level of a layer. Photographs and what is shown like them share one of their own.

@@ -2,7 +2,7 @@
 
 import { basis, dollied, orbited, poseOfModel, project } from "./camera.js";
 import { byId, setPressed } from "./dom.js";
-import { colorOf, draggedOnSphere, hexOfLinear, markerPlace, turned } from "./lamps.js";
+import { colorOf, draggedOnSphere, hexOfLinear, inkOn, markerPlace } from "./lamps.js";
 import { add, cross, isFinite3, length, perpendicular, scale, sub } from "./vec.js";
 
 const radians = Math.PI / 180;
@@ -21,7 +21,7 @@ function frustum(pose, aspect, depth) {
 }
 
 export class Rig {
-  // hooks: snap(name), select(lamp), move(lamp, place, event), ended().
+  // hooks: snap(name), select(lamp), move(lamp, place, event), ended(), resized().
   constructor(app, hooks) {
     Object.assign(this, {
       app,
@@ -39,6 +39,7 @@ export class Rig {
 
   toggleSize() {
     setPressed(byId("rig-size"), this.box.classList.toggle("large"));
+    this.hooks.resized();
   }
 
   // The rig is seen from where all of its cameras and lights fit.
@@ -183,17 +184,21 @@ export class Rig {
 
   drawLamps(model, color) {
     const { context, app } = this;
+    Object.assign(context, { font: "bold 9px sans-serif", textAlign: "center", textBaseline: "middle" });
     app.scene.values().light.forEach((lamp, index) => {
       const place = markerPlace(lamp, model);
       if (!isFinite3(place)) return;
+      const isChosen = index === app.selectedLamp;
       context.fillStyle = hexOfLinear(colorOf(lamp));
-      context.strokeStyle = color("--rig-text");
-      context.lineWidth = index === app.selectedLamp ? 2.5 : 1;
+      context.strokeStyle = color(isChosen ? "--accent" : "--rig-text");
+      context.lineWidth = isChosen ? 3 : 1;
       context.globalAlpha = app.isLit(index) ? 1 : 0.35;
       if (lamp.type === "directional")
         this.line([place, add(model.middle, scale(sub(place, model.middle), 0.6))]);
-      const spot = this.dot(place, 5, true);
-      this.dot(place, 5, false);
+      const spot = this.dot(place, 7, true);
+      this.dot(place, 7, false);
+      context.fillStyle = inkOn(colorOf(lamp));
+      context.fillText(String(index + 1), spot.x, spot.y + 0.5);
       this.spots.unshift({ ...spot, lamp: index, place });
     });
     context.globalAlpha = 1;
@@ -202,6 +207,7 @@ export class Rig {
   listen() {
     const { canvas } = this;
     let grabbed = null,
+      offset = { x: 0, y: 0 }, // of the pointer from the lamp grabbed
       last = null,
       travelled = 0;
     const local = (event) => {
@@ -217,6 +223,7 @@ export class Rig {
         this.spots
           .filter((spot) => near(spot) < 10)
           .sort((a, b) => (a.lamp === undefined) - (b.lamp === undefined) || near(a) - near(b))[0] ?? null;
+      if (grabbed) offset = { x: last.x - grabbed.x, y: last.y - grabbed.y };
       if (grabbed?.lamp !== undefined) this.hooks.select(grabbed.lamp);
       canvas.setPointerCapture(event.pointerId);
     });
@@ -228,12 +235,9 @@ export class Rig {
         model = this.app.model();
       travelled += Math.hypot(dx, dy);
       if (grabbed?.lamp !== undefined && travelled > 2) {
-        const x = now.x / canvas.clientWidth,
-          y = now.y / canvas.clientHeight,
-          k = Math.PI / canvas.clientHeight;
-        grabbed.place =
-          draggedOnSphere(grabbed.place, model, this.pose, this.aspect(), x, y) ??
-          turned(grabbed.place, model, this.pose, dx * k, dy * k);
+        const x = (now.x - offset.x) / canvas.clientWidth,
+          y = (now.y - offset.y) / canvas.clientHeight;
+        grabbed.place = draggedOnSphere(grabbed.place, model, this.pose, this.aspect(), x, y);
         this.hooks.move(grabbed.lamp, grabbed.place, event);
       } else if (!grabbed) {
         const k = Math.PI / canvas.clientHeight;

@@ -73,24 +73,25 @@ export const lightFields = {
   ],
 };
 
+// The numbers that say how much a warp does come first.
 export const warpFields = {
-  rigid: [axis, angleDeg, center, { key: "translate", kind: "vector", standard: [0, 0, 0], range: "place" }],
+  rigid: [angleDeg, { key: "translate", kind: "vector", standard: [0, 0, 0], range: "place" }, axis, center],
   scale: [{ key: "factor", kind: "vector", standard: [1, 1, 1], range: [-2, 3] }, center],
-  twist: [axis, angleDeg, center, stretch],
-  bend: [axis, direction, angleDeg, center, stretch],
+  twist: [angleDeg, stretch, axis, center],
+  bend: [angleDeg, stretch, axis, direction, center],
   taper: [
-    axis,
     { key: "factor", kind: "number", standard: 1, range: [0.1, 10], least: 0.001, log: true },
+    axis,
     center,
     stretch,
   ],
   sine: [
-    axis,
-    direction,
     { key: "amplitude", kind: "number", standard: 0, range: "small" },
     { key: "wavelength", kind: "number", standard: 1, range: "size", least: 0 },
-    center,
     { ...angle, key: "phase_deg" },
+    axis,
+    direction,
+    center,
   ],
   expression: ["x", "y", "z"].map((key) => ({ key, kind: "text", standard: key })),
   lattice: [
@@ -111,48 +112,49 @@ export const warpFields = {
   ],
 };
 
-// A warp that does nothing yet, for a model with this middle, radius and up.
+// A new warp for a model with this middle, radius and up. Those of one amount do a little at once, so that they are seen.
 export function newWarp(type, { middle, radius, up: upwards }) {
   const round = (v) => v.map((x) => Number(x.toPrecision(4)));
   const side = Math.abs(upwards[0]) > 0.7 ? [0, 1, 0] : [1, 0, 0];
   const foot = round(middle.map((m, i) => m - radius * upwards[i]));
-  const base = { type };
+  const base = { type },
+    height = Number((2 * radius).toPrecision(3));
   switch (type) {
     case "rigid":
       return { ...base, axis: round(upwards), angle_deg: 0, center: round(middle), translate: [0, 0, 0] };
     case "scale":
-      return { ...base, factor: [1, 1, 1], center: round(middle) };
+      return { ...base, factor: [1.15, 1, 0.9], center: round(middle) };
     case "twist":
       return {
         ...base,
         axis: round(upwards),
-        angle_deg: 0,
+        angle_deg: 30,
         center: foot,
-        length: Number(radius.toPrecision(3)),
+        length: height,
       };
     case "bend":
       return {
         ...base,
         axis: round(upwards),
         direction: side,
-        angle_deg: 0,
+        angle_deg: 30,
         center: foot,
-        length: Number((2 * radius).toPrecision(3)),
+        length: height,
       };
     case "taper":
       return {
         ...base,
         axis: round(upwards),
-        factor: 1,
+        factor: 0.7,
         center: foot,
-        length: Number((2 * radius).toPrecision(3)),
+        length: height,
       };
     case "sine":
       return {
         ...base,
         axis: round(upwards),
         direction: side,
-        amplitude: 0,
+        amplitude: Number((0.05 * radius).toPrecision(3)),
         wavelength: Number(radius.toPrecision(3)),
         center: foot,
       };

@@ -1,9 +1,10 @@
 // Requests to the server of `surflect view`. Counts those in flight, so that tests can tell that one waits for another.
 
-// An answer that is not 200, or none (status 0). `said` is its JSON.
+// An answer that is not 200, or none (status 0), to a request of a path. `said` is its JSON.
 export class ServerError extends Error {
-  constructor(status, message, said = {}) {
+  constructor(path, status, message, said = {}) {
     super(message);
+    this.path = path;
     this.status = status;
     this.said = said;
   }
@@ -46,11 +47,11 @@ export class Server {
         body: body === undefined ? undefined : JSON.stringify(body),
       });
     } catch (error) {
-      throw error.name === "AbortError" ? error : new ServerError(0, "the server does not answer");
+      throw error.name === "AbortError" ? error : new ServerError(path, 0, "the server does not answer");
     }
     if (response.ok) return response;
     const said = await response.json().catch(() => ({}));
-    throw new ServerError(response.status, said.error ?? `the server answered ${response.status}`, said);
+    throw new ServerError(path, response.status, said.error ?? `the server answered ${response.status}`, said);
   }
 
   async counted(work) {
@@ -77,7 +78,7 @@ export class Server {
       const response = await this.ask(path, { body, signal });
       const said = response.headers.get("X-Picture");
       const blob = await response.blob().catch((error) => {
-        throw error.name === "AbortError" ? error : new ServerError(0, "the server does not answer");
+        throw error.name === "AbortError" ? error : new ServerError(path, 0, "the server does not answer");
       });
       return { blob, said: said ? JSON.parse(said) : {} };
     });

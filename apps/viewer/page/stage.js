@@ -6,7 +6,7 @@ import { fitted } from "./request.js";
 const clickReach = 4; // pixels that a click may move
 
 export class Stage {
-  // hooks: shape() of the picture; resized(); drag(kind, dx, dy, event), wheel(factor, event) in parts of the
+  // hooks: shape() of the picture; background(), its colour before the first one, red, green and blue up to 1; resized(); drag(kind, dx, dy, event), wheel(factor, event) in parts of the
   // picture's height; clicked(x, y) at a place of the picture.
   constructor(hooks) {
     this.hooks = hooks;
@@ -89,6 +89,10 @@ export class Stage {
     // Previews are enlarged at once rather than well.
     context.imageSmoothingQuality = pictures.a?.width < 0.9 * width ? "low" : "high";
     if (pictures.a) context.drawImage(pictures.a, 0, 0, width, height);
+    else {
+      context.fillStyle = `rgb(${this.hooks.background().map((c) => 255 * c)})`;
+      context.fillRect(0, 0, width, height);
+    }
     if (pictures.b && split !== null) {
       context.save();
       context.beginPath();

@@ -3,7 +3,7 @@
 import { byId, el } from "./dom.js";
 
 // Place in the doc that an error names, as "light.0.intensity"; null if it names none. `places` maps the numbers of
-// the lights and warps that were sent to those of the doc.
+// the lights and warps that were sent to those of the doc; without, these are the same.
 export function pathOfError(message, places) {
   const match = /\b(camera|light|warp)(?:\[(\d+)\])?((?:\.[a-z_]+(?:\[\d+\])?)*)/.exec(message);
   if (!match) return null;
@@ -16,22 +16,79 @@ export function pathOfError(message, places) {
   ].join(".");
 }
 
+const shownMs = 8000; // that a message stands at most
+const progressMs = 3000;
+
+// Where an action takes place: the section, the row of buttons with its button, the picture, the timeline.
+function areaOf(target) {
+  const area = target.closest?.("#header button, .section, #modes button, #rig-box, #picture, #timeline, dialog");
+  return area?.id || area?.className || "";
+}
+
+// Keys that do nothing on the page.
+const isIdle = ({ type, key, ctrlKey, metaKey }) =>
+  type === "keydown" &&
+  (["Control", "Shift", "Alt", "Meta", "Tab"].includes(key) || ((ctrlKey || metaKey) && !/^[syz]$/i.test(key)));
+
+// The status line shows the newest message; else the error that stands; else progress.
 export class Status {
   constructor() {
     this.problems = new Map(); // of "a" and "b", the panes, and of "page", all other requests: { text, node }
+    this.message = "";
+    this.progressText = "";
+    this.messageArea = this.area = ""; // of the action before the message, and of the last one
+    this.timers = {};
+    for (const type of ["pointerdown", "keydown", "change"])
+      addEventListener(type, (event) => this.acted(event), { capture: true });
+  }
+
+  // A message goes when something else is done.
+  acted(event) {
+    if (isIdle(event) || event.target.closest?.("#status")) return;
+    this.area = areaOf(event.target);
+    if (this.area !== this.messageArea) this.say("");
   }
 
   say(text) {
-    if (byId("remark").textContent !== text) byId("remark").textContent = text;
-    byId("remark").classList.remove("bad");
+    this.message = text;
+    this.messageArea = this.area;
+    clearTimeout(this.timers.message);
+    const forget = () => {
+      // Not while it is read.
+      if (byId("remark").matches(":hover, :focus")) this.timers.message = setTimeout(forget, 1000);
+      else this.say("");
+    };
+    if (text) this.timers.message = setTimeout(forget, shownMs);
+    this.show();
+  }
+
+  // Whether a hint would cover nothing.
+  isFree() {
+    return !this.message && !this.problems.size;
+  }
+
+  // Shows how far the server is, for a while.
+  progress(text) {
+    this.progressText = text;
+    clearTimeout(this.timers.progress);
+    if (text) this.timers.progress = setTimeout(() => this.progress(""), progressMs);
+    this.show();
+  }
+
+  show() {
+    const node = byId("remark"),
+      problem = [...this.problems.values()].at(-1)?.text,
+      text = this.message || problem || this.progressText;
+    if (node.textContent !== text) node.textContent = text;
+    node.classList.toggle("bad", !this.message && problem !== undefined);
   }
 
   // Shows an error in the status line and beside the most exact control that it names, until its source clears it.
   showProblem(source, text, path) {
     this.clearProblem(source);
-    this.sayBad(text);
     const problem = { text, node: null };
     this.problems.set(source, problem);
+    this.say("");
     const isBeside = [...this.problems.values()].some((other) => other.node && other.text === text);
     for (let keys = isBeside ? [] : (path?.split(".") ?? []); keys.length; keys = keys.slice(0, -1)) {
       const host = document.querySelector(`#panel [data-path="${CSS.escape(keys.join("."))}"]`);
@@ -42,21 +99,12 @@ export class Status {
     }
   }
 
-  sayBad(text) {
-    this.say(text);
-    byId("remark").classList.add("bad");
-  }
-
-  // The status line goes on with an error of another source, if there is one.
   clearProblem(source) {
     const problem = this.problems.get(source);
     if (!problem) return;
     problem.node?.remove();
     this.problems.delete(source);
-    if (byId("remark").textContent !== problem.text) return;
-    const [other] = this.problems.values();
-    if (other) this.sayBad(other.text);
-    else this.say("");
+    this.show();
   }
 
   banner(text) {

@@ -2,7 +2,7 @@
 
 import { nearestCaptured } from "./camera.js";
 import { byId, checkBox, fillSelect } from "./dom.js";
-import { shownLayer } from "./request.js";
+import { sentPlaces, shownLayer } from "./request.js";
 import { drawHistogram, histogramOf, smallPixels } from "./histogram.js";
 
 const layerNames = { color: "colour", photograph: "photograph", error: "error to the photograph" };
@@ -51,6 +51,8 @@ export class ViewPanel {
     byId("histogram-log-row").append(this.log.node);
     this.histogram = null;
     this.drawnAt = -Infinity;
+    this.advised = ""; // "white" or "dark", what was told of the picture
+    this.advice = ""; // in words
   }
 
   // Photographs and errors need a captured camera: the nearest one is taken.
@@ -73,12 +75,32 @@ export class ViewPanel {
     if (lights.length && !lights.includes(store.view.light)) store.view.light = lights[0];
   }
 
-  update(bitmap, background, still) {
-    const now = performance.now();
-    if (!byId("section-view").open || (!still && now - this.drawnAt < 100)) return;
+  update(bitmap, { background, show }, still) {
+    const now = performance.now(),
+      isOpen = byId("section-view").open;
+    if (!still && (!isOpen || now - this.drawnAt < 100)) return;
     this.drawnAt = now;
     this.histogram = histogramOf(smallPixels(bitmap), background);
-    this.drawHistogram();
+    if (isOpen) this.drawHistogram();
+    if (still) this.advise(show);
+  }
+
+  // Says once, when a picture becomes too bright or too dark, what helps.
+  advise(show) {
+    const { n, high, low, light } = this.histogram,
+      { flags, view } = this.app.store,
+      { exposure } = view;
+    const isUnlit = low === 1 || (this.app.model().relights && !sentPlaces(flags.light).length);
+    const isOff = show !== "color" || n < 100 || isUnlit;
+    const found = isOff ? "" : high > 0.2 ? "white" : light < 0.001 ? "dark" : "";
+    if (found === this.advised) return;
+    if (this.advice && this.app.status.message === this.advice) this.app.say("");
+    if (!found) this.advised = "";
+    if (!found || !this.app.status.isFree()) return;
+    this.advised = found;
+    const means = (found === "white" ? exposure > 0 : exposure < 0) ? "exposure 0 or Auto white" : "Auto white";
+    this.advice = `${found === "white" ? "Much of the picture is white" : "The picture is dark"}: ${means} adapts it.`;
+    this.app.say(this.advice);
   }
 
   drawHistogram() {
