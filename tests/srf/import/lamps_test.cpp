@@ -135,7 +135,8 @@ TEST_F(Lamps, MistakesAreNamed) {
   writeColmap();
   options.pattern = "{camera}-{light}.png";
   EXPECT_NE(
-      problem().find("--pattern: found \"{camera}-{light}.png\", expected names of pictures such as \"c0/on.png\""),
+      problem().find(
+          "--pattern: found \"{camera}-{light}.png\", expected names of pictures such as \"c0/on.png\""),
       std::string::npos)
       << problem();
   options.pattern = "{camera}/{light}.png";
@@ -143,7 +144,8 @@ TEST_F(Lamps, MistakesAreNamed) {
   EXPECT_NE(problem().find("picture \"c0/off.png\": found \"off\", expected a light of"), std::string::npos)
       << problem();
   image::writeBytes(folder / "lamps.txt", "on 0 0 1\non 0 1 0\n");
-  EXPECT_NE(problem().find("lamps.txt: line 2: light \"on\" is listed twice"), std::string::npos) << problem();
+  EXPECT_NE(problem().find("lamps.txt: line 2: light \"on\" is listed twice"), std::string::npos)
+      << problem();
   image::writeBytes(folder / "lamps.txt", "on 0 0 1\noff 0 0 0\n");
   EXPECT_NE(problem().find("line 2: found 0 0 0, expected a direction"), std::string::npos) << problem();
   options.lights.clear();
