@@ -56,11 +56,12 @@ export class Pictures {
       bitmap.close();
       throw new DOMException("superseded", "AbortError");
     }
-    // The first picture's white level is kept, so that the next ones do not pump.
+    // The first full picture's white level is kept, so that the next ones do not pump. A preview may show too
+    // little of the object to choose it.
     const white = whiteOf(app.store.view, request.show),
       { view } = app.store;
-    if (view[white] === null && !model.aovs.includes(request.show) && Number.isFinite(said.white))
-      view[white] = said.white;
+    const chooses = quality === "full" && view[white] === null && !model.aovs.includes(request.show);
+    if (chooses && Number.isFinite(said.white)) view[white] = said.white;
     app.stage.show(pane, bitmap);
     if (pane === "b") this.keyOfB = photographKey({ ...atRest, white: atRest.white ?? said.white });
     if (quality === "full" && pane === "a") app.lastFull = { ...request, white: view[white] };
