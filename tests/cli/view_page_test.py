@@ -31,7 +31,7 @@ SHOT = SCRIPT.replace("size = [120, 90]", "size = [240, 180]").replace("last = 3
 def browser(width=1280, height=800):
     options = Options()
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
+                     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars",
                      f"--user-data-dir={tempfile.mkdtemp()}", f"--window-size={width},{height}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
@@ -63,7 +63,7 @@ class InBrowser(TestInFolder):
     def js(self, script, *arguments):
         return self.page.execute_script(script, *arguments)
 
-    def until(self, condition, message="", seconds=15):
+    def until(self, condition, message="", seconds=60):
         for _ in range(20 * seconds):
             if self.js(f"return Boolean({condition})"):
                 return
