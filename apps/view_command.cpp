@@ -129,7 +129,7 @@ Json runView(const ViewArguments& arguments, const Progress& progress) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     if (turn % 20 == 0) viewer.tidy();
   }
-  // Clients that do not finish their requests are not waited for.
+  // The server waits for requests under way; clients that never finish theirs get five seconds.
   std::thread([] {
     std::this_thread::sleep_for(std::chrono::seconds(5));
     std::_Exit(0);

@@ -87,23 +87,6 @@ void describeRig(DescribedModel& model) {
   for (const capture::Light& light : model.rig.lights) model.json["lights"].push_back(jsonOf(light));
 }
 
-// Point nearest to all viewing axes, where the object most likely is; and the least distance of a camera.
-std::pair<Vec3<double>, double> seenMiddle(const capture::Capture& capture) {
-  Mat3<double> sum = Mat3<double>::Identity() * 1e-9;
-  Vec3<double> right = Vec3<double>::Zero();
-  for (const capture::View& view : capture.views) {
-    const Vec3<double> axis = view.camera.cameraFromWorld.rotation().row(2).transpose();
-    const Mat3<double> across = Mat3<double>::Identity() - axis * axis.transpose();
-    sum += across;
-    right += across * view.camera.center().raw();
-  }
-  const Vec3<double> middle = sum.ldlt().solve(right);
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const capture::View& view : capture.views)
-    nearest = std::min(nearest, (view.camera.center().raw() - middle).norm());
-  return {middle, nearest};
-}
-
 } // namespace
 
 DescribedModel described(const std::string& name, const method::Renderer& renderer,
@@ -144,7 +127,10 @@ DescribedModel described(const std::string& name, const method::Renderer& render
 }
 
 DescribedModel described(const capture::Capture& capture) {
-  const auto [middle, distance] = seenMiddle(capture);
+  const Vec3<double> middle = capture::middleOfAxes(capture.views);
+  double distance = std::numeric_limits<double>::infinity(); // of the nearest camera
+  for (const capture::View& view : capture.views)
+    distance = std::min(distance, (view.camera.center().raw() - middle).norm());
   DescribedModel model{.name = capture.file.parent_path().filename().string(),
                        .method = "capture",
                        .rig = capture,

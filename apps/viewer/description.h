@@ -1,4 +1,4 @@
-// What a page must know of a model or a capture: /start's entry of it.
+// Description of a model or a capture for pages: its entry in /start.
 #pragma once
 
 #include "render/method/renderer.h"

@@ -6,11 +6,13 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <turbojpeg.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 namespace surflect::viewer {
 
@@ -154,6 +156,21 @@ DisplayPicture shownError(const image::Image& a, const image::Image& b, const Di
     }
     return bytesOf(evaluation::errorColor(4 * largest));
   });
+}
+
+std::string jpegBytes(const DisplayPicture& picture, JpegQuality quality) {
+  const bool isStill = quality == JpegQuality::still;
+  const std::unique_ptr<void, decltype(&tjDestroy)> encoder(tjInitCompress(), &tjDestroy);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  const int failed =
+      encoder
+          ? tjCompress2(encoder.get(), picture.rgb.data(), picture.width, 0, picture.height, TJPF_RGB, &bytes,
+                        &size, isStill ? TJSAMP_444 : TJSAMP_420, isStill ? 95 : 80, TJFLAG_FASTDCT)
+          : -1;
+  const std::unique_ptr<unsigned char, decltype(&tjFree)> owned(bytes, &tjFree);
+  if (failed != 0) throw Error(std::string("a picture cannot be encoded as JPEG: ") + tjGetErrorStr());
+  return {reinterpret_cast<const char*>(bytes), size};
 }
 
 } // namespace surflect::viewer

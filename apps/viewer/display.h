@@ -1,15 +1,23 @@
-// Rendered layers as a screen shows them: exposure, tone curve and background, or an AOV in colours.
+// Rendered layers as a screen shows them: exposure, tone curve and background, or an AOV in colours; encoded
+// as JPEG for the page.
 #pragma once
 
-#include "apps/viewer/jpeg.h"
 #include "render/method/renderer.h"
 #include "srf/image/image.h"
 #include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace surflect::viewer {
+
+// A picture as screens show it: sRGB, 8 bits, rows from the top.
+struct DisplayPicture {
+  int width = 0, height = 0;
+  std::vector<uint8_t> rgb; // 3 * width * height
+};
 
 enum class Tone {
   none,  // clipped at white
@@ -45,5 +53,13 @@ DisplayPicture shownAov(const method::FrameLayers& layers, const std::string& ao
 // Differences of two pictures of radiance, from black to light yellow at a quarter of white, where either has
 // alpha. Both RGBA of one size.
 DisplayPicture shownError(const image::Image& a, const image::Image& b, const DisplayOptions& options);
+
+enum class JpegQuality {
+  moving, // quality 80 with halved colour resolution: small and fast
+  still   // quality 95 with full colour resolution
+};
+
+// Throws Error if the picture cannot be encoded.
+std::string jpegBytes(const DisplayPicture& picture, JpegQuality quality);
 
 } // namespace surflect::viewer

@@ -3,11 +3,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <string>
+#include <string_view>
 
 namespace surflect::viewer {
 
@@ -21,6 +24,23 @@ public:
       if (events_.size() > kKept) events_.pop_front(), ++first_;
     }
     added_.notify_all();
+  }
+
+  // Adds the progress of a stage of work, but five times a second at most, and not in its first instant, when
+  // it may be over at once.
+  void progress(std::string_view stage, double fraction) {
+    constexpr auto kPause = std::chrono::milliseconds(200);
+    const auto now = std::chrono::steady_clock::now();
+    nlohmann::json event = {{"kind", "progress"}, {"stage", stage}, {"fraction", fraction}};
+    {
+      const std::lock_guard lock(mutex_);
+      if (stage != stage_) stage_ = stage, begin_ = now;
+      if (now - begin_ < kPause || now - told_ < kPause) return;
+      told_ = now;
+      const double seconds = std::chrono::duration<double>(now - begin_).count();
+      if (fraction > 0) event["secondsLeft"] = seconds * (1 - fraction) / fraction;
+    }
+    add(std::move(event));
   }
 
   // Events after a number, and the number of the last one: {"next", "events"}. Waits for the first of them
@@ -52,6 +72,8 @@ private:
   std::deque<nlohmann::json> events_;
   uint64_t first_ = 1; // number of the first one that is kept
   bool isOver_ = false;
+  std::string stage_; // of the latest progress
+  std::chrono::steady_clock::time_point begin_, told_;
 };
 
 } // namespace surflect::viewer

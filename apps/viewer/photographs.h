@@ -26,8 +26,8 @@ public:
 
   const capture::Capture& capture() const { return capture_; }
 
-  // Number of the frame of a camera and a light (empty: fixed illumination), held-out ones first. Throws
-  // Error naming the camera or the light that has none.
+  // Index of the frame of a camera and a light (empty: fixed illumination); of several, a held-out one.
+  // Throws Error naming the camera or the light that has none.
   size_t find(const std::string& camera, const std::string& light) const;
 
   // A photograph: RGBA radiance, premultiplied. Its matte is its own. The last ones are kept.

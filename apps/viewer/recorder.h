@@ -1,7 +1,7 @@
 // A film as an MP4 file, encoded by ffmpeg where it is installed.
 #pragma once
 
-#include "apps/viewer/jpeg.h"
+#include "apps/viewer/display.h"
 
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-// What a page asks for, read from JSON that anybody may have written.
+// Requests of pages, read from JSON that anybody may have written.
 #pragma once
 
 #include "apps/viewer/display.h"
@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 inline constexpr int kLargestSide = 4096;
 inline constexpr int64_t kMostPixels = 4096 * 2160;
 
-// A request that is no request at all, rather than one of a mistaken script.
+// Error of a request that cannot be understood, as opposed to one for a mistaken script.
 class Malformed : public Error {
 public:
   explicit Malformed(const Error& error) : Error(error) {}

@@ -25,7 +25,7 @@ public:
   ShotDocument(std::string text, std::filesystem::path path, const Vec3<double>& origin,
                std::vector<std::string> images);
 
-  // The text as it was read. All edits are of it, also after save(), so that their places "#" stay.
+  // The text as it was read. Edited values refer to it, also after save(): their places "#" do not change.
   const std::string& text() const { return text_; }
   const std::filesystem::path& path() const { return path_; }
   // Values as they were saved last; before that, as scene::scriptValues. Safe from many threads.

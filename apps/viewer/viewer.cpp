@@ -14,27 +14,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstring>
 
 namespace surflect::viewer {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kTabLife = std::chrono::seconds(45); // without a request; pages ask for events every 20 s
-constexpr double kPreviewSeconds = 0.05;            // budget of renderers that choose their own detail
-constexpr int kThumbnail = 96;                      // pixels
+constexpr double kPreviewSeconds = 0.05; // budget of renderers that choose their own detail
+constexpr int kThumbnail = 96;           // pixels
 
 double orOne(double white) { return white > 0 ? white : 1; }
 
 Json vectorJson(const Vec3<double>& v) { return {v.x(), v.y(), v.z()}; }
 
-// In ASCII, as headers need it.
+// JSON text in ASCII, which headers need.
 std::string dumped(const Json& json) { return json.dump(-1, ' ', true, Json::error_handler_t::replace); }
 
 Answer failed(int status, const std::string& problem) { return {status, dumped({{"error", problem}})}; }
 
-// A number as half floats keep it, which EXR files hold; those of colour are not negative there.
+// The value that an EXR file holds of a number: rounded to a half float.
 float asInFile(float value) {
   int exponent = 0;
   const float mantissa = std::frexp(value, &exponent); // 0.5..1
@@ -50,22 +51,14 @@ method::Setting movingSetting(method::Setting given, std::span<const method::Opt
   return method::withPreset(std::move(given), method::Preset::preview, rows);
 }
 
-// Script of a model that has none, with the model's absolute path.
-std::string starterOf(const std::filesystem::path& model, const method::Renderer& renderer) {
-  const method::Description& of = renderer.describe();
-  return scene::starterScript(
-      {std::filesystem::absolute(model).lexically_normal().string(), of.rig, of.points, of.isBaked});
-}
-
-// Text of a scene for a capture, which has no model: its cameras are all that is used.
-std::string emptyShot(const DescribedModel& capture) {
-  return fmt::format(
-      "model = \"none\"\n[frames]\nfirst = 1\nlast = 1\n[output]\nsize = [960, 720]\npath = "
-      "\"frame.####.exr\"\n[camera]\nposition = [{}, {}, {}]\nlook_at = [{}, {}, {}]\nup = {}\n"
-      "fov_deg = 30\n",
-      capture.middle.raw().x() + 3 * capture.radius, capture.middle.raw().y() + capture.radius,
-      capture.middle.raw().z() + 2 * capture.radius, capture.middle.raw().x(), capture.middle.raw().y(),
-      capture.middle.raw().z(), capture.json["up"].dump());
+// A path as one word of a shell's command.
+std::string shellWord(const std::string& path) {
+  const bool isPlain = std::ranges::all_of(
+      path, [](unsigned char c) { return std::isalnum(c) || std::strchr("/._-+,:@%", c); });
+  if (isPlain) return path;
+  std::string word = "'";
+  for (const char c : path) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
 }
 
 // Throws Error for a film larger than pages may ask for.
@@ -99,63 +92,10 @@ std::string pictureText(const FrameRequest& request, double renderSeconds, doubl
   return dumped(picture);
 }
 
-// Environments that lights may use: what the page calls them, and their paths as the script names them.
-std::vector<std::pair<std::string, std::string>> namesOf(const std::vector<std::filesystem::path>& pictures,
-                                                         const std::filesystem::path& script) {
-  std::vector<std::pair<std::string, std::string>> names;
-  const std::filesystem::path folder =
-      script.empty() ? script : std::filesystem::absolute(script).lexically_normal().parent_path();
-  for (const std::filesystem::path& picture : pictures) {
-    const std::filesystem::path whole = std::filesystem::absolute(picture).lexically_normal();
-    const std::filesystem::path relative = script.empty() ? whole : whole.lexically_relative(folder);
-    names.emplace_back(picture.filename().string(), relative.empty() ? whole.string() : relative.string());
-  }
-  return names;
-}
-
 } // namespace
 
 Viewer::Viewer(ViewerInput input, const Progress& progress)
-    : input_(std::move(input)), environmentNames_(namesOf(input_.environments, input_.script)) {
-  std::string text;
-  std::filesystem::path path = input_.script;
-  Vec3<double> origin = Vec3<double>::Zero();
-  photographs_.resize(std::max<size_t>(1, input_.models.size()));
-  for (const std::filesystem::path& model : input_.models) {
-    const auto renderer = method::openRenderer(model, input_.setting, progress);
-    models_.push_back(
-        std::make_unique<DescribedModel>(described(folderName(model), *renderer, input_.setting)));
-    if (input_.capture && evaluation::rigMismatches(renderer->describe(), *input_.capture).empty()) {
-      addPhotographs(*input_.capture, *models_.back());
-      photographs_[models_.size() - 1] = std::make_unique<Photographs>(*input_.capture, &models_.back()->rig);
-    }
-    if (models_.size() > 1) continue;
-    origin = renderer->describe().rig.origin;
-    if (input_.script.empty()) text = starterOf(model, *renderer);
-  }
-  if (input_.models.empty()) {
-    models_.push_back(std::make_unique<DescribedModel>(described(*input_.capture)));
-    addPhotographs(*input_.capture, *models_.front());
-    photographs_.front() = std::make_unique<Photographs>(*input_.capture, nullptr);
-    text = emptyShot(*models_.front());
-  }
-  if (input_.script.empty()) {
-    const std::string stem = stemOf(0);
-    path = input_.snapshots / (stem + ".toml");
-    for (int number = 2; std::filesystem::exists(path); ++number)
-      path = input_.snapshots / fmt::format("{}_{}.toml", stem, number);
-  } else {
-    text = readFile(input_.script);
-  }
-  std::vector<std::string> images;
-  for (const auto& [name, image] : environmentNames_) images.push_back(image);
-  document_ = std::make_unique<ShotDocument>(text, path, origin, images);
-  if (document_->script(text)->coordinates == scene::Coordinates::original && !origin.isZero(0))
-    throw Error(
-        "\"original\" cannot be edited by hand, which counts from the model's origin; render makes its "
-        "frames, and the model alone can be viewed")
-        .at("coordinates")
-        .in(input_.script);
+    : input_(std::move(input)), list_(openStartList(input_, progress)) {
   std::vector<session::Session::Open> openers;
   for (const std::filesystem::path& model : input_.models)
     openers.emplace_back([model, setting = input_.setting](const Progress& opening) {
@@ -165,7 +105,7 @@ Viewer::Viewer(ViewerInput input, const Progress& progress)
 }
 
 Progress Viewer::untilTheEnd() {
-  return {[this](std::string_view stage, double fraction) { report(stage, fraction); },
+  return {[this](std::string_view stage, double fraction) { events_.progress(stage, fraction); },
           [this] { return isEnding_.load(); }};
 }
 
@@ -178,75 +118,29 @@ void Viewer::end() {
 
 // --- Tabs and events
 
-bool Viewer::admit(const std::string& tab) {
-  const std::lock_guard lock(mutex_);
-  forgetClosedTabs();
-  if (!tabs_.contains(tab) && tabs_.size() >= kMostTabs) return false;
-  tabs_[tab].seen = Clock::now();
-  return true;
-}
-
-void Viewer::leave(const std::string& tab) {
-  const std::lock_guard lock(mutex_);
-  tabs_[tab].seen = {};
-  forgetClosedTabs();
-}
-
 void Viewer::tidy() {
+  for (const size_t model : tabs_.unwatched(input_.models.size())) session_->close(model);
   const std::lock_guard lock(mutex_);
-  forgetClosedTabs();
-}
-
-void Viewer::setModel(const std::string& tab, size_t model) {
-  const std::lock_guard lock(mutex_);
-  std::vector<size_t>& models = tabs_[tab].models;
-  if (std::ranges::find(models, model) != models.end()) return;
-  models.push_back(model);
-  if (models.size() > 2) models.erase(models.begin());
-}
-
-void Viewer::forgetClosedTabs() {
-  std::erase_if(tabs_, [](const auto& tab) { return Clock::now() - tab.second.seen > kTabLife; });
-  if (!recordingTab_.empty() && !tabs_.contains(recordingTab_)) isStopped_ = true;
-  for (size_t model = 0; model < input_.models.size(); ++model)
-    if (std::ranges::none_of(tabs_, [&](const auto& tab) {
-          return std::ranges::find(tab.second.models, model) != tab.second.models.end();
-        }))
-      session_->close(model);
-}
-
-void Viewer::report(std::string_view stage, double fraction) {
-  constexpr auto kPause = std::chrono::milliseconds(200);
-  const std::lock_guard lock(reporting_);
-  const auto now = Clock::now();
-  if (stage != stage_) stage_ = stage, stageBegin_ = now;
-  if (now - stageBegin_ < kPause || now - reported_ < kPause) return; // nobody reads what is over at once
-  reported_ = now;
-  const double seconds = std::chrono::duration<double>(now - stageBegin_).count();
-  Json event = {{"kind", "progress"}, {"stage", stage_}, {"fraction", fraction}};
-  if (fraction > 0) event["secondsLeft"] = seconds * (1 - fraction) / fraction;
-  events_.add(std::move(event));
+  if (!recordingTab_.empty() && !tabs_.isOpen(recordingTab_)) isStopped_ = true;
 }
 
 Answer Viewer::events(const std::string& tab, uint64_t after) {
-  if (!admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
+  if (!tabs_.admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
   Json events = events_.after(after, std::chrono::seconds(20));
-  const std::lock_guard lock(mutex_);
-  if (const auto known = tabs_.find(tab); known != tabs_.end()) known->second.seen = Clock::now();
+  tabs_.admit(tab); // it has been there all the while
   return {200, dumped(events)};
 }
 
 Answer Viewer::answer(const std::string& tab, const std::string& route, const std::string& body) {
-  if (!admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
+  if (!tabs_.admit(tab)) return failed(429, fmt::format("at most {} pages at a time", kMostTabs));
   try {
     if (route == "/start") return {200, dumped(start())};
     const Json json = parsedBody(body);
-    if (json.contains("model"))
-      setModel(tab, static_cast<size_t>(wholeAt(json, "model", 0, static_cast<int>(models_.size()) - 1)));
-    if (route == "/frame") return frame(tab, frameRequest(json, models_.size()));
+    if (json.contains("model")) tabs_.look(tab, modelAt(json));
+    if (route == "/frame") return frame(tab, frameRequest(json, list_.models.size()));
     if (route == "/probe") return {200, dumped(probe(tab, json))};
     if (route == "/thumbnail") return thumbnail(json);
-    if (route == "/snapshot") return {200, dumped(snapshot(tab, frameRequest(json, models_.size())))};
+    if (route == "/snapshot") return {200, dumped(snapshot(tab, frameRequest(json, list_.models.size())))};
     if (route == "/record") return {200, dumped(record(tab, json))};
     if (route == "/stop") {
       const std::lock_guard lock(mutex_);
@@ -254,11 +148,16 @@ Answer Viewer::answer(const std::string& tab, const std::string& route, const st
       return {200, "{}"};
     }
     if (route == "/leave") {
-      leave(tab);
+      tabs_.leave(tab);
+      tidy();
       return {200, "{}"};
     }
-    if (route == "/values") return {200, dumped(valuesOf(json))};
-    if (route == "/text") return {200, dumped({{"text", document_->edited(json.value("doc", Json()))}})};
+    if (route == "/values") {
+      const size_t model = json.contains("model") ? modelAt(json) : 0;
+      return {200, dumped(valuesOf(json.value("doc", Json()), model,
+                                   wholeAt(json, "frame", -1'000'000, 2'000'000)))};
+    }
+    if (route == "/text") return {200, dumped({{"text", list_.document->edited(json.value("doc", Json()))}})};
     if (route == "/save") return save(json);
     return failed(404, "no such request");
   } catch (const Malformed& error) {
@@ -280,26 +179,30 @@ Answer Viewer::answer(const std::string& tab, const std::string& route, const st
 
 Json Viewer::start() const {
   Json models = Json::array(), environments = Json::array();
-  for (const auto& model : models_) models.push_back(model->json);
-  for (const auto& [name, image] : environmentNames_)
+  for (const auto& model : list_.models) models.push_back(model->json);
+  for (const auto& [name, image] : list_.environments)
     environments.push_back({{"name", name}, {"image", image}});
   return {
       {"version", kVersion},
       {"snapshots", input_.snapshots.string()},
       {"canRecord", canRecord()},
       {"isScript", !input_.script.empty()},
-      {"scriptPath", document_->path().string()},
-      {"doc", document_->values()},
-      {"saves", document_->saves()},
-      {"text", document_->text()},
+      {"scriptPath", list_.document->path().string()},
+      {"doc", list_.document->values()},
+      {"saves", list_.document->saves()},
+      {"text", list_.document->text()},
       {"environments", environments},
       {"models", models},
       {"limits",
        {{"lights", kMostLights}, {"handles", kMostHandles}, {"side", kLargestSide}, {"tabs", kMostTabs}}}};
 }
 
+size_t Viewer::modelAt(const Json& body) const {
+  return static_cast<size_t>(wholeAt(body, "model", 0, static_cast<int>(list_.models.size()) - 1));
+}
+
 void Viewer::requireModel(size_t model) const {
-  if (models_[model]->method == "capture")
+  if (list_.models[model]->method == "capture")
     throw Malformed(Error("is a capture, of which photographs alone can be shown").at("model"));
 }
 
@@ -316,10 +219,10 @@ method::Setting Viewer::settingOf(const FrameRequest& request, const DescribedMo
 }
 
 Photographs& Viewer::photographs(size_t model) const {
-  if (!photographs_[model])
+  if (!list_.photographs[model])
     throw Malformed(
         Error("no photographs of this model are known: --capture names those of its own rig").at("show"));
-  return *photographs_[model];
+  return *list_.photographs[model];
 }
 
 // --- Pictures
@@ -333,8 +236,8 @@ DisplayOptions Viewer::displayOf(const FrameRequest& request, const image::Image
 void Viewer::withShot(const std::string& client, const FrameRequest& request, const std::string& text,
                       bool isOwnSize, const std::function<void(film::ShotRenderer&)>& work) {
   requireModel(request.model);
-  const DescribedModel& model = *models_[request.model];
-  scene::Script script = *document_->script(text);
+  const DescribedModel& model = *list_.models[request.model];
+  scene::Script script = *list_.document->script(text);
   if (!isOwnSize) {
     script.output->width = request.width;
     script.output->height = request.height;
@@ -356,7 +259,7 @@ Viewer::Rendered Viewer::render(const std::string& client, const FrameRequest& r
                                 const std::string& text, const std::vector<std::string>& aovs,
                                 bool isOwnSize) {
   for (const std::string& aov : aovs)
-    if (std::ranges::find(models_[request.model]->aovs, aov) == models_[request.model]->aovs.end())
+    if (std::ranges::find(list_.models[request.model]->aovs, aov) == list_.models[request.model]->aovs.end())
       throw Error::mismatch("one that the model has", '"' + aov + '"').at("aov");
   Rendered rendered;
   withShot(client, request, text, isOwnSize, [&](film::ShotRenderer& shot) {
@@ -371,13 +274,13 @@ Answer Viewer::frame(const std::string& tab, const FrameRequest& request) {
   if (request.show == "photograph") return photograph(request);
   if (request.show == "match" || request.show == "error") return comparison(tab, request);
   const bool isColor = request.show == "color";
-  const std::string text = document_->edited(request.values);
+  const std::string text = list_.document->edited(request.values);
   const Rendered rendered =
       render(tab, request, text, isColor ? std::vector<std::string>{} : std::vector{request.show}, false);
   const Stopwatch encoding;
   const method::FrameLayers& layers = rendered.layers;
   const DisplayOptions display = displayOf(request, layers.color);
-  const DescribedModel& model = *models_[request.model];
+  const DescribedModel& model = *list_.models[request.model];
   const DisplayPicture shown = isColor ? shownColor(layers.color, display)
                                        : shownAov(layers, request.show, model.middle, model.radius, display);
   Answer answer{200, jpegBytes(shown, request.isPreview ? JpegQuality::moving : JpegQuality::still),
@@ -424,7 +327,7 @@ Answer Viewer::comparison(const std::string& tab, const FrameRequest& request) {
   Photographs& all = photographs(request.model);
   const Progress progress = untilTheEnd();
   const Photographs::Truth truth = all.truth(all.find(cameraOf(request), request.light), progress);
-  const DescribedModel& model = *models_[request.model];
+  const DescribedModel& model = *list_.models[request.model];
   const method::Setting setting = settingOf(request, model);
   const warp::WarpPointer atRest = warp::chainWarp({});
   method::FrameLayers layers;
@@ -456,12 +359,12 @@ Answer Viewer::comparison(const std::string& tab, const FrameRequest& request) {
 // --- A pixel
 
 Json Viewer::probe(const std::string& tab, const Json& body) {
-  FrameRequest request = frameRequest(body, models_.size());
+  FrameRequest request = frameRequest(body, list_.models.size());
   requireModel(request.model);
   request.isPreview = false;
   const capture::Pixel pixel{numberAt(body, "x", 0, request.width), numberAt(body, "y", 0, request.height)};
-  const DescribedModel& model = *models_[request.model];
-  const std::string text = document_->edited(request.values);
+  const DescribedModel& model = *list_.models[request.model];
+  const std::string text = list_.document->edited(request.values);
   const std::string state =
       dumped({text, request.model, request.frame, request.width, request.height, request.options});
   std::shared_ptr<const Probed> probed;
@@ -497,7 +400,7 @@ Json Viewer::probe(const std::string& tab, const Json& body) {
   }
   if (!(alpha > 0)) return answer;
   if (body.contains("before") && answer["aovs"].contains("rest")) {
-    const auto script = document_->script(text);
+    const auto script = list_.document->script(text);
     const size_t before =
         static_cast<size_t>(wholeAt(body, "before", 0, static_cast<int>(script->warps.size())));
     const Json& rest = answer["aovs"]["rest"];
@@ -524,8 +427,7 @@ Json Viewer::probe(const std::string& tab, const Json& body) {
 }
 
 Answer Viewer::thumbnail(const Json& body) {
-  Photographs& all =
-      photographs(static_cast<size_t>(wholeAt(body, "model", 0, static_cast<int>(models_.size()) - 1)));
+  Photographs& all = photographs(modelAt(body));
   const Progress progress = untilTheEnd();
   const size_t frame = all.find(textAt(body, "camera"), textAt(body, "light"));
   const auto picture = all.read(frame, progress);
@@ -542,16 +444,15 @@ Answer Viewer::thumbnail(const Json& body) {
   return {200, jpegBytes(shownColor(part, display), JpegQuality::still), "image/jpeg"};
 }
 
-Json Viewer::valuesOf(const Json& body) const {
-  const Json& values = body.value("doc", Json());
-  const auto script = document_->script(document_->edited(values));
-  const int frame = wholeAt(body, "frame", -1'000'000, 2'000'000);
+Json Viewer::valuesOf(const Json& values, size_t number, int frame) const {
+  const DescribedModel& model = *list_.models[number];
+  const auto script = list_.document->script(list_.document->edited(values));
   const warp::ShotTime time = scene::shotTime(*script, frame);
   Json at = valuesAt(values, time);
   capture::Camera<ObjectSpace> camera;
   if (const auto* named = std::get_if<scene::NamedCamera>(&*script->camera)) {
-    std::vector<capture::View> views = models_.front()->rig.views;
-    views.insert(views.end(), models_.front()->heldOut.begin(), models_.front()->heldOut.end());
+    std::vector<capture::View> views = model.rig.views;
+    views.insert(views.end(), model.heldOut.begin(), model.heldOut.end());
     const auto view = std::ranges::find(views, named->from, &capture::View::identity);
     if (view == views.end())
       throw Error::mismatch("a camera of the model", '"' + named->from + '"').at("camera.from");
@@ -561,8 +462,7 @@ Json Viewer::valuesOf(const Json& body) const {
   }
   const Mat3<double> rotation = camera.cameraFromWorld.rotation();
   const Vec3<double> forward = -rotation.row(2).transpose(), position = camera.center().raw();
-  const double distance =
-      std::max(forward.dot(models_.front()->middle.raw() - position), 0.1 * models_.front()->radius);
+  const double distance = std::max(forward.dot(model.middle.raw() - position), 0.1 * model.radius);
   const Vec3<double> lookAt = position + distance * forward;
   const double tangent = 0.5 * camera.lens.height / camera.lens.focalY;
   return {{"camera",
@@ -579,19 +479,19 @@ Json Viewer::valuesOf(const Json& body) const {
 
 Json Viewer::withKnownCamera(const FrameRequest& request) const {
   Json values = request.values;
-  const DescribedModel& model = *models_[request.model];
+  const DescribedModel& model = *list_.models[request.model];
   const Json camera = values.value("camera", Json());
   if (!camera.is_object() || !camera.contains("from")) return values;
   const auto isNamed = [&](const capture::View& view) { return camera["from"] == view.identity; };
   if (std::ranges::none_of(model.heldOut, isNamed)) return values;
-  values["camera"] = valuesOf({{"doc", values}, {"frame", request.frame}})["camera"];
+  values["camera"] = valuesOf(values, request.model, request.frame)["camera"];
   values["camera"].erase("forward");
   return values;
 }
 
 Answer Viewer::save(const Json& body) {
   const Json values = body.value("doc", Json());
-  const size_t saves = document_->saves();
+  const size_t saves = list_.document->saves();
   if (body.contains("saves") && body["saves"] != saves) {
     const std::string problem = "another page has saved the script since; saving again overwrites its edits";
     return {422, dumped({{"error", problem}, {"saves", saves}})};
@@ -599,22 +499,22 @@ Answer Viewer::save(const Json& body) {
   if (values.is_object() && values.contains("camera") && values["camera"].is_object() &&
       values["camera"].contains("from")) {
     const Json& from = values["camera"]["from"];
-    for (const auto& model : models_)
+    for (const auto& model : list_.models)
       for (const capture::View& view : model->heldOut)
         if (from == view.identity)
           throw Error::mismatch("a camera of the model: a held-out one is known to the capture alone",
                                 from.dump())
               .at("camera.from");
   }
-  const size_t changed = document_->save(values);
-  return {
-      200,
-      dumped({{"path", document_->path().string()}, {"changed", changed}, {"saves", document_->saves()}})};
+  const size_t changed = list_.document->save(values);
+  return {200, dumped({{"path", list_.document->path().string()},
+                       {"changed", changed},
+                       {"saves", list_.document->saves()}})};
 }
 
 // "vase" of vase.srf.
 std::string Viewer::stemOf(size_t model) const {
-  return std::filesystem::path(models_[model]->name).stem().string();
+  return std::filesystem::path(list_.models[model]->name).stem().string();
 }
 
 std::filesystem::path Viewer::freeName(const std::string& stem) {
@@ -634,17 +534,17 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
   FrameRequest request = asked;
   request.isPreview = false;
   requireModel(request.model);
-  const DescribedModel& model = *models_[request.model];
+  const DescribedModel& model = *list_.models[request.model];
   Json values = withKnownCamera(request);
   std::vector<std::string> aovs;
-  for (const std::string& aov : document_->script(document_->edited(request.values))->output->aov)
+  for (const std::string& aov : list_.document->script(list_.document->edited(request.values))->output->aov)
     if (std::ranges::find(model.aovs, aov) != model.aovs.end()) aovs.push_back(aov);
   if (std::ranges::find(model.aovs, request.show) != model.aovs.end() &&
       std::ranges::find(aovs, request.show) == aovs.end())
     aovs.push_back(request.show);
   if (values.contains("output") && values["output"].is_object()) values["output"]["aov"] = aovs;
-  const std::string text = document_->movable(values, input_.models[request.model]);
-  requireModestSize(*document_->script(text));
+  const std::string text = list_.document->movable(values, input_.models[request.model]);
+  requireModestSize(*list_.document->script(text));
   const Rendered rendered = render(tab + " snapshot", request, text, aovs, true);
   const std::lock_guard lock(naming_);
   const std::string path = freeName(fmt::format("{}_frame{}", stemOf(request.model), request.frame)).string();
@@ -653,21 +553,22 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
   film::writeFrame(path + ".exr", rendered.layers,
                    {{"surflect.version", kVersion}, {"surflect.frame", std::to_string(request.frame)}});
   writeFileAtomically(path + ".toml", std::string_view(text));
-  std::string command = fmt::format("surflect render {}.toml -o frames/ --frames {}", path, request.frame);
+  std::string command =
+      fmt::format("surflect render {} -o frames/ --frames {}", shellWord(path + ".toml"), request.frame);
   for (const auto& [name, value] : settingOf(request, model))
     command += ' ' + method::flagOf(name) + ' ' + value.text();
   return {{"files", {path + ".exr", path + ".png", path + ".toml"}}, {"command", command}};
 }
 
 Json Viewer::record(const std::string& tab, const Json& body) {
-  FrameRequest request = frameRequest(body, models_.size());
+  FrameRequest request = frameRequest(body, list_.models.size());
   request.isPreview = false;
   requireModel(request.model);
   if (!canRecord()) throw Error("ffmpeg is not installed");
   const int first = wholeAt(body, "first", -1'000'000, 2'000'000);
   const int last = wholeAt(body, "last", first, first + 100'000);
-  const std::string text = document_->movable(withKnownCamera(request), input_.models[request.model]);
-  const auto script = document_->script(text);
+  const std::string text = list_.document->movable(withKnownCamera(request), input_.models[request.model]);
+  const auto script = list_.document->script(text);
   requireModestSize(*script);
   {
     const std::lock_guard lock(mutex_);

@@ -1,11 +1,10 @@
 // The viewer behind its page: what each request answers. Knows nothing of HTTP's connections (server.h).
 #pragma once
 
-#include "apps/viewer/description.h"
 #include "apps/viewer/events.h"
-#include "apps/viewer/photographs.h"
 #include "apps/viewer/request.h"
-#include "apps/viewer/shot_document.h"
+#include "apps/viewer/start_list.h"
+#include "apps/viewer/tabs.h"
 #include "render/film/shot_renderer.h"
 #include "render/session/session.h"
 
@@ -22,16 +21,6 @@
 
 namespace surflect::viewer {
 
-struct ViewerInput {
-  // Models, that of the script first; or a capture alone.
-  std::vector<std::filesystem::path> models;
-  std::optional<capture::Capture> capture;
-  std::filesystem::path script;    // or empty
-  std::filesystem::path snapshots; // folder of snapshots and films; made when the first one is written
-  std::vector<std::filesystem::path> environments; // pictures that lights may use
-  method::Setting setting;                         // of the models, given on the command line
-};
-
 struct Answer {
   int status = 200;
   std::string body;
@@ -39,14 +28,10 @@ struct Answer {
   std::string picture = {}; // of the header X-Picture; or empty
 };
 
-// Most tabs at a time.
-inline constexpr size_t kMostTabs = 8;
-
 // Safe from many threads.
 class Viewer {
 public:
-  // Opens each model once, to describe it. Throws Error as openRenderer() and ShotDocument do, for a script
-  // in original coordinates, which pages do not know, and Cancelled.
+  // Throws as openStartList().
   Viewer(ViewerInput input, const Progress& progress);
   ~Viewer();
 
@@ -71,10 +56,6 @@ private:
     std::string state;
     Rendered rendered;
   };
-  struct Tab {
-    std::chrono::steady_clock::time_point seen;
-    std::vector<size_t> models; // the last two that it looked at, A and B
-  };
 
   Json start() const;
   Answer frame(const std::string& tab, const FrameRequest& request);
@@ -84,7 +65,8 @@ private:
   Answer thumbnail(const Json& body);
   Json snapshot(const std::string& tab, const FrameRequest& request);
   Json record(const std::string& tab, const Json& body);
-  Json valuesOf(const Json& body) const;
+  // Numbers of a script's values at a frame, and the pose of its camera.
+  Json valuesOf(const Json& values, size_t model, int frame) const;
   Answer save(const Json& body);
 
   // Runs work with the renderer of a script's frames, at the request's size or at the script's own.
@@ -94,17 +76,12 @@ private:
   Rendered render(const std::string& client, const FrameRequest& request, const std::string& text,
                   const std::vector<std::string>& aovs, bool isOwnSize);
   method::Setting settingOf(const FrameRequest& request, const DescribedModel& model) const;
+  size_t modelAt(const Json& body) const;       // throws Malformed
   void requireModel(size_t model) const;        // throws Malformed for a capture alone
   Photographs& photographs(size_t model) const; // throws Malformed without a capture of the model's object
   // Values whose camera is a pose, if it is a held-out one, which models do not know.
   Json withKnownCamera(const FrameRequest& request) const;
   DisplayOptions displayOf(const FrameRequest& request, const image::Image& color) const;
-  // Takes note of a tab; false if there are too many.
-  bool admit(const std::string& tab);
-  void leave(const std::string& tab);
-  void setModel(const std::string& tab, size_t model);
-  void forgetClosedTabs(); // with mutex_ held
-  void report(std::string_view stage, double fraction);
   // Reports to the pages; cancelled when the viewer ends.
   Progress untilTheEnd();
   std::string stemOf(size_t model) const;
@@ -112,23 +89,16 @@ private:
   std::filesystem::path freeName(const std::string& stem);
 
   ViewerInput input_;
-  std::vector<std::unique_ptr<DescribedModel>> models_;
-  std::unique_ptr<ShotDocument> document_;
-  std::vector<std::pair<std::string, std::string>> environmentNames_; // name, and path as scripts name it
-  std::vector<std::unique_ptr<Photographs>>
-      photographs_; // by model; null where the capture is another object's
+  StartList list_;
   Events events_;
   std::atomic<bool> isEnding_ = false;
   scene::Environments environments_; // of the session's thread
-  std::mutex mutex_;
-  std::map<std::string, Tab> tabs_;
+  Tabs tabs_;
+  std::mutex mutex_;                     // of the next three
   std::shared_ptr<const Probed> probed_; // the last one
   std::string recordingTab_;             // whose film is being made; or empty
   bool isStopped_ = false;               // that film
   std::mutex naming_;
-  std::mutex reporting_;
-  std::string stage_;
-  std::chrono::steady_clock::time_point stageBegin_, reported_;
   std::unique_ptr<session::Session> session_; // last: its thread uses the others
 };
 

@@ -31,11 +31,11 @@ def percentile(values, part):
     return sorted(values)[min(len(values) - 1, int(part * len(values)))]
 
 
-def browser(width, height):
+def browser(profile, width, height):
     options = Options()
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
                      "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     f"--user-data-dir={tempfile.mkdtemp()}", f"--window-size={width + PANEL},{height + BARS}"):
+                     f"--user-data-dir={profile}", f"--window-size={width + PANEL},{height + BARS}"):
         options.add_argument(argument)
     return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
 
@@ -92,9 +92,9 @@ def address_in(log, viewer):
     raise SystemExit(log.read_text())
 
 
-def measure(url, width, height, seconds):
+def measure(url, profile, width, height, seconds):
     port, token = int(url.split(":")[2].split("/")[0]), url.partition("token=")[2]
-    page = browser(width, height)
+    page = browser(profile, width, height)
     try:
         begin = time.monotonic()
         page.get(url)
@@ -132,7 +132,7 @@ def main():
             viewer = subprocess.Popen([arguments.surflect, "view", arguments.model, "-o", folder + "/out", *arguments.more], stderr=stderr)
             stack.callback(viewer.wait)
             stack.callback(viewer.terminate)
-            report = measure(address_in(log, viewer), width, height, arguments.seconds)
+            report = measure(address_in(log, viewer), folder + "/profile", width, height, arguments.seconds)
     print(json.dumps(report) if arguments.json else "\n".join(f"{key:24} {value}" for key, value in report.items()))
 
 

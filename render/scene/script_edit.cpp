@@ -430,6 +430,4 @@ std::string withValues(std::string_view text, const std::filesystem::path& path,
   });
 }
 
-std::string tomlLiteral(std::string_view json) { return literalOf(parsedJson(json), ""); }
-
 } // namespace surflect::scene

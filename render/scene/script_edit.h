@@ -14,12 +14,8 @@ std::string scriptValues(std::string_view text, const std::filesystem::path& pat
 // Text whose values are those of a JSON object as scriptValues() writes it: only the values that differ are
 // replaced, so that comments, order and layout of the others survive. Tables of `light` and `warp` that lack
 // a "#" are new; those whose place is missing are removed with the comment right above them; an empty list is
-// as none. `path` is the script's, for
-// messages. Throws Error for text that is not such JSON, or is deeper than kDeepestToml, and where the
-// text's layout does not let a value be replaced.
+// as none. `path` is the script's, for messages. Throws Error for text that is not such JSON, or is deeper
+// than kDeepestToml, and where the text's layout does not let a value be replaced.
 std::string withValues(std::string_view text, const std::filesystem::path& path, std::string_view values);
-
-// The value of a JSON text as TOML writes it in one line: "[1, 0.5]", "{ a = 1 }".
-std::string tomlLiteral(std::string_view json);
 
 } // namespace surflect::scene

@@ -316,6 +316,18 @@ Capture readCapture(const fs::path& folderOrJson, PathRule paths) {
   return parseCapture(readFile(file, kLargestText), file, paths);
 }
 
+Vec3<double> middleOfAxes(std::span<const View> views) {
+  Mat3<double> sum = Mat3<double>::Identity() * 1e-9; // parallel axes have no nearest point
+  Vec3<double> right = Vec3<double>::Zero();
+  for (const View& view : views) {
+    const Vec3<double> axis = view.camera.cameraFromWorld.rotation().row(2).transpose();
+    const Mat3<double> across = Mat3<double>::Identity() - axis * axis.transpose();
+    sum += across;
+    right += across * view.camera.center().raw();
+  }
+  return sum.ldlt().solve(right);
+}
+
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted) {
   Capture part = capture;
   std::erase_if(part.frames, [&](const Frame& frame) { return !wanted(frame); });

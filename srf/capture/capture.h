@@ -31,6 +31,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -107,6 +108,10 @@ Capture readCapture(const std::filesystem::path& folderOrJson, PathRule paths = 
 // Reads a capture from the text of the file.
 Capture parseCapture(std::string_view json, const std::filesystem::path& file,
                      PathRule paths = PathRule::inside);
+
+// Point nearest to the viewing axes of all views, in least squares: where the object most likely is. The
+// origin without views.
+Vec3<double> middleOfAxes(std::span<const View> views);
 
 // Frames that satisfy `wanted`, with the views and lights they use, in the same order.
 Capture subset(const Capture& capture, const std::function<bool(const Frame&)>& wanted);

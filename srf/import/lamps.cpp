@@ -33,22 +33,9 @@ capture::Light lamp(const std::string& name, const Vec3<double>& vector, bool is
       capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(vector.normalized()), white}};
 }
 
-// Point nearest to the axes of all cameras, where the object most likely is.
-Vec3<double> seenMiddle(const std::vector<capture::View>& views) {
-  Mat3<double> sum = Mat3<double>::Identity() * 1e-9;
-  Vec3<double> right = Vec3<double>::Zero();
-  for (const capture::View& view : views) {
-    const Vec3<double> axis = view.camera.cameraFromWorld.rotation().row(2).transpose();
-    const Mat3<double> across = Mat3<double>::Identity() - axis * axis.transpose();
-    sum += across;
-    right += across * view.camera.center().raw();
-  }
-  return sum.ldlt().solve(right);
-}
-
 // Intensity of equal lamps at these places whose mean irradiance at the object is 1.
 float alikeIntensity(const std::vector<Vec3<double>>& places, const std::vector<capture::View>& views) {
-  const Vec3<double> middle = seenMiddle(views);
+  const Vec3<double> middle = capture::middleOfAxes(views);
   double sum = 0;
   for (const Vec3<double>& place : places) sum += 1 / std::max((place - middle).squaredNorm(), 1e-12);
   return static_cast<float>(static_cast<double>(places.size()) / sum);

@@ -23,12 +23,13 @@ struct LampOptions {
   bool isGiven() const { return !pattern.empty() || flash.has_value(); }
 };
 
-// What a name says by a pattern.
+// Camera and light that a picture's name tells.
 struct LitName {
   std::string camera, light;
 };
-// Names of camera and light; empty if the name does not fit. Neither contains a slash; the shortest camera is
-// taken. Throws Error unless the pattern has {camera} and {light} once each.
+// Matches a picture's name with a pattern; empty if it does not fit. Neither camera nor light contains a
+// slash; the first of them is as short as it can be. Throws Error unless the pattern has {camera} and {light}
+// once each.
 std::optional<LitName> matched(std::string_view pattern, std::string_view name);
 
 // Gives the photographs of a source under fixed light their lights. With a pattern, every picture that fits

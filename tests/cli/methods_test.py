@@ -8,6 +8,7 @@ import unittest
 
 from png import read_png, write_png
 from support import TestInFolder, content, run, succeed
+from viewer import Viewer
 
 # A glossy lumpy ball from all sides under one light.
 STAGE = """
@@ -205,6 +206,25 @@ class Methods(TestInFolder):
             report = succeed("render", model, "-o", film, "--every", "24", "--scale", "0.1", "--preset", "preview")
             self.assertEqual(len(report["frames"]), 2)
             self.assertEqual(len(list(film.glob("*.png"))), 2)
+
+    def test_the_viewer_shows_every_method(self):
+        with Viewer(*self.models, folder=self.folder) as viewer:
+            start = json.loads(viewer.get("/start")[1])
+            self.assertEqual([model["name"] for model in start["models"]], [model.name for model in self.models])
+            doc = {key: value for key, value in start["doc"].items() if key not in ("light", "warp")}
+            for number, model in enumerate(start["models"]):
+                self.assertEqual((model["relights"], model["deforms"]), (False, False))
+                self.assertIn("those of the photographs", model["why"])
+                for quality in ("preview", "full"):
+                    shot = {"number": 1, "model": number, "doc": doc, "frame": 1, "size": [60, 45], "quality": quality}
+                    status, body, headers = viewer.post("/frame", shot)
+                    self.assertEqual(status, 200, (model["name"], body[:300]))
+                    told = json.loads(headers["X-Picture"])
+                    self.assertGreater(told["white"], 0, model["name"])
+                    self.assertEqual("level" in told, model["method"] == "spherical" and quality == "preview")
+                for aov in model["aovs"]:
+                    self.assertEqual(viewer.post("/frame", {**shot, "show": aov})[0], 200, (model["name"], aov))
+                self.assertEqual(viewer.post("/probe", {**shot, "x": 30, "y": 20})[0], 200)
 
     def test_every_method_renders_as_its_paper_prints_it(self):
         for model in self.models:

@@ -8,7 +8,6 @@ import os
 import pathlib
 import shutil
 import subprocess
-import tempfile
 import time
 import unittest
 
@@ -21,18 +20,18 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select
 
 from support import ROOT, SCRIPT, VASE, TestInFolder, succeed, write_small_capture
-from view_test import Running, Viewer
+from viewer import Viewer
 
 PICTURES = os.environ.get("PICTURES")
 AXE = pathlib.Path(os.environ["AXE"])  # axe.min.js
 SHOT = SCRIPT.replace("size = [120, 90]", "size = [240, 180]").replace("last = 3", "last = 12").replace("[3, 40]]", "[12, 40]]")
 
 
-def browser(width=1280, height=800):
+def browser(profile, width=1280, height=800):
     options = Options()
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
                      "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars",
-                     f"--user-data-dir={tempfile.mkdtemp()}", f"--window-size={width},{height}"):
+                     f"--user-data-dir={profile}", f"--window-size={width},{height}"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
@@ -44,7 +43,7 @@ class InBrowser(TestInFolder):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.page = browser()
+        cls.page = browser(cls.folder / "profile")
         cls.addClassCleanup(cls.page.quit)
 
     def show(self, viewer):
@@ -399,7 +398,7 @@ class Page(InBrowser):
         self.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
     def test_a_killed_browser_leaves_the_viewer_serving(self):
-        other = browser(800, 600)
+        other = browser(self.folder / "other", 800, 600)
         other.get(self.viewer.url)
         time.sleep(1)
         subprocess.run(["pkill", "-9", "-f", other.capabilities["chrome"]["userDataDir"]], check=True)
@@ -421,7 +420,7 @@ class OtherTargets(InBrowser):
                 "-o", cls.folder / "vase.lfm", "--view-size", "12")
 
     def test_a_light_field_says_why_lamps_and_warps_are_fixed(self):
-        with Running(self.folder / "vase.lfm", folder=self.folder) as viewer:
+        with Viewer(self.folder / "vase.lfm", folder=self.folder) as viewer:
             self.show(viewer)
             for section, fields in (("lamps", "lamps-controls"), ("warps", "warps-controls")):
                 self.open(f"section-{section}")
@@ -431,7 +430,7 @@ class OtherTargets(InBrowser):
             self.leave()
 
     def test_a_capture_is_browsed_with_its_mesh_drawn_over_it(self):
-        with Running(self.capture, folder=self.folder) as viewer:
+        with Viewer(self.capture, folder=self.folder) as viewer:
             self.show(viewer)
             self.changed_by(lambda: Select(self.by("captured-camera")).select_by_value("V01"))
             self.open("section-view")

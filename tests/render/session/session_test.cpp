@@ -125,7 +125,7 @@ TEST(Session, APreviewRunsToItsEnd) {
   EXPECT_NO_THROW(newer.get());
 }
 
-// Of many states that come while one is being drawn, the last alone is drawn.
+// Many states come while one is being drawn: the last one alone is drawn then.
 TEST(Session, TheLatestStateWins) {
   Stub::Log log;
   Session session({opener(log)}, {});

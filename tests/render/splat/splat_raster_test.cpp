@@ -273,7 +273,7 @@ TEST(SplatRaster, TheHeaviestSplatOfAPixelIsThatOfTheReference) {
         ++shown;
         const auto found = std::ranges::find(weights, *splat, &ReferenceWeight::splat);
         ASSERT_NE(found, weights.end());
-        EXPECT_GT(found->weight, std::ranges::max(weights, {}, &ReferenceWeight::weight).weight - 1e-3);
+        EXPECT_GT(found->weight, std::ranges::max(weights, {}, &ReferenceWeight::weight).weight - 1e-6);
       }
     EXPECT_GT(shown, 2000u);
   }

@@ -5,6 +5,7 @@
 
 #include "render/evaluation/measure.h"
 #include "tests/render/films.h"
+#include "tests/support/given_up.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -299,22 +300,11 @@ TEST_F(FrameOfSphere, AFrameThatIsGivenUpAnywhereLeavesTheNextAsItIs) {
   const std::vector<float> expected = renderFrame(model(), scene, {}, workspace).color.values;
   FrameOptions all;
   all.aovs.assign(scene::aovNames.begin(), scene::aovNames.end());
-  size_t given = 0;
-  for (size_t last = 0;; last += 1 + last / 3) {
-    std::atomic<size_t> calls = 0;
-    Progress progress;
-    progress.cancelled = [&] { return calls++ >= last; };
-    bool isCancelled = false;
-    try {
-      EXPECT_EQ(renderFrame(model(), scene, all, workspace, progress).color.values, expected);
-    } catch (const Cancelled&) {
-      isCancelled = true;
-    }
-    EXPECT_EQ(isCancelled, calls > last);
-    EXPECT_EQ(renderFrame(model(), scene, {}, workspace).color.values, expected) << last;
-    if (!isCancelled) break;
-    ++given;
-  }
+  const size_t given = giveUpEverywhere(
+      [&](const Progress& progress) {
+        EXPECT_EQ(renderFrame(model(), scene, all, workspace, progress).color.values, expected);
+      },
+      [&] { EXPECT_EQ(renderFrame(model(), scene, {}, workspace).color.values, expected); });
   EXPECT_GE(given, 10u);
 }
 
@@ -401,9 +391,11 @@ TEST_F(FrameOfSphere, PositionProjectsToItsPixelAndRestIsCarriedThereByTheWarp) 
         const auto place = assume<Point3<ObjectSpace, double>>(position);
         const std::optional<capture::Pixel> pixel = camera.project(place);
         ASSERT_TRUE(pixel);
-        EXPECT_LT(std::hypot(pixel->x - x - 0.5, pixel->y - y - 0.5), 1);
-        EXPECT_NEAR(-camera.cameraFromWorld(place).z(), film.aovs.at("depth").at(x, y)[0], largestSplat);
-        EXPECT_LT((warp->position(rest.cast<double>()) - position.cast<double>()).norm(), largestSplat);
+        EXPECT_LT(std::hypot(pixel->x - x - 0.5, pixel->y - y - 0.5), 0.7);
+        EXPECT_NEAR(-camera.cameraFromWorld(place).z(), film.aovs.at("depth").at(x, y)[0],
+                    0.45 * largestSplat);
+        EXPECT_LT((warp->position(rest.cast<double>()) - position.cast<double>()).norm(),
+                  0.06 * largestSplat);
       }
     EXPECT_GT(opaque, 300u);
   }

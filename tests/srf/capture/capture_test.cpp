@@ -3,6 +3,8 @@
 #include "tests/srf/capture/capture_file.h"
 
 #include <numbers>
+#include <random>
+#include <vector>
 
 namespace surflect::capture {
 namespace {
@@ -510,6 +512,24 @@ TEST_F(CaptureFile, ASubsetKeepsWhatItsFramesMean) {
   EXPECT_EQ(one.views.size(), 1u);
   EXPECT_EQ(one.lights.size(), 1u);
   EXPECT_EQ(one.frames[0].view, 0u);
+}
+
+TEST(CaptureViews, TheMiddleOfTheirAxesIsWhatTheyLookAt) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Vec3<double> middle(3, -20, 0.5);
+  std::vector<View> views;
+  for (int i = 0; i < 12; ++i) {
+    const Mat3<double> rotation = Eigen::Quaterniond(unit(random), unit(random), unit(random), unit(random))
+                                      .normalized()
+                                      .toRotationMatrix();
+    const Vec3<double> center = middle + 5 * rotation.row(2).transpose(); // cameras look along -z
+    View view;
+    view.camera.cameraFromWorld = {rotation, -(rotation * center)};
+    views.push_back(view);
+  }
+  EXPECT_LT((middleOfAxes(views) - middle).norm(), 7e-9);
+  EXPECT_EQ(middleOfAxes({}), Vec3<double>::Zero());
 }
 
 } // namespace
