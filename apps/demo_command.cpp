@@ -30,7 +30,7 @@ std::filesystem::path examplesFolder() {
   const auto program = std::filesystem::read_symlink("/proc/self/exe", unreadable).parent_path();
   for (const char* const place : {"../share/surflect/examples", "../../../examples"}) {
     const std::filesystem::path folder = (program / place).lexically_normal();
-    if (std::filesystem::exists(folder / "vase" / "transforms.json", unreadable)) return folder;
+    if (std::filesystem::exists(folder / "doll" / "transforms.json", unreadable)) return folder;
   }
   throw Error("the examples are not beside the program: share/surflect/examples is missing").in(program);
 }
@@ -63,16 +63,19 @@ void encode(const scene::Script& script, const std::filesystem::path& frames,
 
 Json runDemo(const DemoArguments& arguments, const Progress& progress) {
   const std::filesystem::path examples = examplesFolder(), folder = arguments.output;
-  const std::filesystem::path model = folder / "vase.srf", script = folder / "film.toml";
+  const std::filesystem::path model = folder / "doll.srf", script = folder / "film.toml";
   createFolder(folder);
   if (std::filesystem::exists(model / model::kManifestFile))
     say(fmt::format("{} is there already", model.string()));
   else
-    run(addPackCommand, {"pack", (examples / "vase").string(), "-o", model.string()}, progress);
+    run(addPackCommand, // about one surfel a pixel of the photographs
+        {"pack", (examples / "doll").string(), "-o", model.string(), "--surfels", "250000", "--tables",
+         "off"},
+        progress);
   if (!std::filesystem::exists(script)) {
-    const std::string text = readFile(examples / "film.toml");
+    const std::string text = readFile(examples / "doll.toml");
     Json values = Json::parse(scene::scriptValues(text, script));
-    values["model"] = "vase.srf";
+    values["model"] = "doll.srf";
     writeFileAtomically(script, std::string_view(scene::withValues(text, script, values.dump())));
   }
   const std::filesystem::path frames = folder / (arguments.quick ? "quick" : "frames");
@@ -98,7 +101,8 @@ Json runDemo(const DemoArguments& arguments, const Progress& progress) {
 
 void addDemoCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<DemoArguments>();
-  CLI::App* command = app.add_subcommand("demo", "pack an example, and render a film of it, bent and relit");
+  CLI::App* command =
+      app.add_subcommand("demo", "pack an example, a doll, and render a film of it, bent and relit");
   command->footer("Example: surflect demo -o demo/");
   command->add_option("-o,--output", arguments->output, "folder for model, script and frames")
       ->capture_default_str();

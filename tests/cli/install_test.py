@@ -40,10 +40,10 @@ class Install(TestInFolder):
 
     def test_the_installed_program_makes_the_film_of_its_example(self):
         write_small_capture(self.folder / "small", cameras=3, lights=3)
-        succeed("pack", self.folder / "small", "-o", self.folder / "demo/vase.srf", "--surfels", "5000", "--tables", "off")
+        succeed("pack", self.folder / "small", "-o", self.folder / "demo/doll.srf", "--surfels", "5000", "--tables", "off")
         finish(self.prefix / "bin/surflect", "demo", "-o", self.folder / "demo", "--quick")
-        self.assertEqual(len(list((self.folder / "demo/quick").glob("*.png"))), 8)
-        self.assertIn('model = "vase.srf"', (self.folder / "demo/film.toml").read_text())
+        self.assertEqual(len(list((self.folder / "demo/quick").glob("*.png"))), 9)
+        self.assertIn('model = "doll.srf"', (self.folder / "demo/film.toml").read_text())
 
     def test_bash_completes_commands_and_options(self):
         def completed(*words):
