@@ -5,6 +5,7 @@
 #include "render/scene/script.h"
 #include "srf/model/manifest.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 #include "surfel/base/folder.h"
 
 #include <fmt/format.h>
@@ -44,7 +45,7 @@ std::vector<std::filesystem::path> modelsIn(const std::filesystem::path& folder)
 
 // Adds what a target names: a model, a script, a capture, or a folder of models.
 void addTarget(const std::filesystem::path& target, capture::PathRule outside, viewer::ViewerInput& input) {
-  if (!std::filesystem::exists(target)) throw Error("is not there").in(target);
+  requireExisting(target);
   if (!std::filesystem::is_directory(target)) {
     if (target.extension() == ".json") {
       input.capture = capture::readCapture(target, outside);
