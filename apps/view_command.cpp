@@ -93,6 +93,7 @@ viewer::ViewerInput inputOf(const ViewArguments& arguments) {
         .in(arguments.targets.front());
   if (!arguments.capture.empty()) input.capture = capture::readCapture(arguments.capture, arguments.outside);
   if (!arguments.environments.empty()) {
+    requireExisting(arguments.environments);
     input.environments = environmentsIn(arguments.environments);
     if (input.environments.empty()) throw Error("holds no .exr or .hdr picture").in(arguments.environments);
   }

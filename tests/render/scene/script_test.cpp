@@ -157,7 +157,7 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
             "point, environment");
   EXPECT_EQ(complaint(replaced(example, "\"stretch\"", "\"strech\"")),
             "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
-            "position, rest, camera_blend, light_blend, stretch, predicted_error");
+            "position, rest, camera_blend, light_blend, stretch, predicted_error; did you mean stretch?");
   EXPECT_EQ(complaint(replaced(example, "fov_deg = 30", "")),
             "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
 }

@@ -369,7 +369,7 @@ TEST_F(CaptureFile, LightDirectionsMustBeUnitButForRounding) {
 TEST_F(CaptureFile, AnUnknownLightComesWithKnownOnes) {
   Json json = full();
   json["frames"][1]["light"] = "P02";
-  EXPECT_EQ(error(json), "frames[1].light: found \"P02\", expected a light of the list: P01");
+  EXPECT_EQ(error(json), "frames[1].light: found \"P02\", expected a light of the list: L00, P01");
   json["frames"][1]["light"] = "L0O";
   EXPECT_NE(error(json).find("; did you mean L00?"), std::string::npos);
 }
