@@ -36,10 +36,12 @@ std::string nearestFile(const std::filesystem::path& path) {
     missing = missing.parent_path();
   const fs::path folder = missing.parent_path();
   const std::string name = missing.filename().string();
+  if (name.empty()) return "";
   std::vector<std::string> beside;
   for (fs::directory_iterator entry(folder.empty() ? "." : folder, unknown), end;
        !unknown && entry != end && beside.size() < kMostNames; entry.increment(unknown))
-    if (std::string other = entry->path().filename().string(); other.front() != '.' || name.front() == '.')
+    if (std::string other = entry->path().filename().string();
+        other != name && (other.front() != '.' || name.front() == '.')) // a link may lead nowhere
       beside.push_back(std::move(other));
   const std::vector<std::string_view> known(beside.begin(), beside.end());
   return didYouMean(name, known, folder.empty() ? "" : (folder / "").string());

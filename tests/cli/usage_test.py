@@ -157,12 +157,13 @@ class Failures(TestInFolder):
         folder.mkdir()
         for name in ("vase.srf", "film.toml", ".film.toml.swp", "cameras12"):
             (folder / name).mkdir()
+        (folder / "dangling.toml").symlink_to("nowhere")
         for arguments, meant in ((["view", "vase.sfr"], "vase.srf"), (["view", "flim.toml"], "film.toml"),
                                  (["inspect", "vase.sfr"], "vase.srf"), (["render", "vase.sfr/", "-o", "f"], "vase.srf"),
                                  (["evaluate", "vase.sfr", "capture"], "vase.srf"),
                                  (["pack", "vas.srf/capture/transforms.json", "-o", "m.srf"], "vase.srf"),
                                  (["import", "film.tml", "-o", "out"], "film.toml"),
-                                 (["inspect", "cameras13"], None), (["inspect", "nothing"], None)):
+                                 (["inspect", "cameras13"], None), (["inspect", "dangling.toml"], None), (["inspect", "nothing"], None)):
             with self.subTest(arguments=arguments):
                 command, *paths = arguments
                 result = run(command, *(folder / path for path in paths[:1]), *paths[1:])
