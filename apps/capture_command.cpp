@@ -29,32 +29,6 @@ struct CaptureArguments {
   MethodOptions pack; // of the store
 };
 
-// "4 h 10 min", "3 min 20 s" or "7 s"
-std::string duration(double seconds) {
-  const auto whole = static_cast<long>(seconds + 0.5);
-  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
-  if (whole >= 60) return fmt::format("{} min {} s", whole / 60, whole % 60);
-  return fmt::format("{} s", whole);
-}
-
-// Progress that also prints the estimated remaining time of a stage, from its rate so far.
-Progress withTimeLeft(Progress progress) {
-  if (!progress.report) return progress;
-  struct Since {
-    std::string stage;
-    Stopwatch watch;
-    double fraction = 0;
-  };
-  progress.report = [report = progress.report, since = std::make_shared<Since>()](std::string_view stage,
-                                                                                  double fraction) {
-    if (since->stage != stage) *since = {std::string(stage), Stopwatch(), fraction};
-    const double done = fraction - since->fraction;
-    const double left = done > 0 ? since->watch.seconds() * (1 - fraction) / done : 0;
-    report(left > 0 ? fmt::format("{}, {} left,", stage, duration(left)) : std::string(stage), fraction);
-  };
-  return progress;
-}
-
 Json capturePictures(const stage::Stage& stage, const CaptureArguments& arguments, const Progress& progress) {
   const Stopwatch watch;
   stage::StageReport report;
@@ -113,17 +87,16 @@ Json runCapture(const CaptureArguments& arguments, const Progress& progress) {
   if (stage.trace.lightRadius.radians() == 0 && std::ranges::any_of(stage.objects, isClear))
     say("mirrors and clear glass show nothing of lights without extent: lights.radius_deg gives them one");
   sayCamerasInside(stage);
-  if (arguments.model.empty()) return capturePictures(stage, arguments, withTimeLeft(progress));
+  if (arguments.model.empty()) return capturePictures(stage, arguments, progress);
   if (!arguments.output.empty())
     stage::requireCapturable(stage, nullptr, stage::StageFrames::test, arguments.output);
   model::PackOptions pack = surfels::packOptions(arguments.pack.settingFor(surfels::surfelMethod()));
   pack.impostor.mesh = arguments.mesh;
-  const model::PackReport report =
-      stage::packStage(stage, arguments.model, pack, withTimeLeft(progress), announceSize);
+  const model::PackReport report = stage::packStage(stage, arguments.model, pack, progress, announceSize);
   announce(report, arguments.model);
   Json json = {{"model", jsonOf(report)}};
   json["model"]["samples"] = stage.trace.samples;
-  if (!arguments.output.empty()) json["test"] = capturePictures(stage, arguments, withTimeLeft(progress));
+  if (!arguments.output.empty()) json["test"] = capturePictures(stage, arguments, progress);
   return json;
 }
 

@@ -262,7 +262,7 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
   addAllowOutside(*command, arguments->capture.outside);
   command->add_option("--split", arguments->split, "which photographs")
       ->capture_default_str()
-      ->check(CLI::IsMember({"test", "train"}));
+      ->check(oneOf({"test", "train"}));
   command
       ->add_option(
           "--baseline", arguments->baselines,
@@ -270,7 +270,7 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work) {
           "same camera's photographs), or nearest,lambert")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"nearest", "lambert"}));
+      ->check(oneOf({"nearest", "lambert"}));
   command->add_flag("--predicted-error", arguments->confidence,
                     "also compare the AOV predicted_error with the true errors");
   CLI::Option* script = command->add_option(

@@ -114,7 +114,7 @@ void addFixedLight(CLI::App& command, FixedLight& light, bool isRequired) {
                             })->second;
           },
           "how its pixels stand for directions; default: lat-long if twice as wide as high")
-      ->check(CLI::IsMember(mappings))
+      ->check(oneOf(mappings))
       ->group("Light")
       ->needs(environment);
   command.add_option("--up", light.up, "x y z: the environment's up in the capture")

@@ -29,6 +29,12 @@ struct ImportArguments {
   importers::ImportOptions options;
 };
 
+template <class Value> std::vector<std::string> namesIn(const std::map<std::string, Value>& words) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : words) names.push_back(name);
+  return names;
+}
+
 std::string nameOf(importers::ImportFormat format) {
   for (const auto& [name, named] : kFormats)
     if (named == format) return name;
@@ -59,7 +65,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<ImportArguments>();
   importers::ImportOptions& options = arguments->options;
   CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
-  command->footer("Example: surflect import temple/templeSR_par.txt -o temple --test-every 8");
+  command->footer("Example: surflect import templeSparseRing/templeSR_par.txt -o temple --test-every 8");
   command
       ->add_option("source", arguments->source,
                    "COLMAP, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
@@ -69,6 +75,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       ->check(notEmpty());
   CLI::Option* format = command->add_option("--format", arguments->format, "instead of a guess")
                             ->transform(CLI::Transformer(kFormats))
+                            ->transform(oneOf(namesIn(kFormats)))
                             ->option_text("colmap, json, middlebury or lights");
   command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
   command->add_option("--lights", arguments->lights,
@@ -122,6 +129,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
           ->add_option("--color-space", arguments->colorSpace,
                        "of all pictures; default: what each file says, else 8 bits are sRGB")
           ->transform(CLI::Transformer(kColorSpaces))
+          ->transform(oneOf(namesIn(kColorSpaces)))
           ->option_text("linear or srgb");
   command
       ->add_flag("--recover-response", options.recoverResponse,

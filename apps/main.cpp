@@ -29,8 +29,8 @@ bool writeReport(const std::string& text) {
   return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
-// "unknown: --lihgts; did you mean --lights?" for the first word of the command line that the program does
-// not know; empty if it knows all.
+// "unknown: --lihgts; did you mean --lights?" for the first option of the command line that the program does
+// not know, or for its command; empty if it knows all.
 std::string unknownWord(CLI::App& app, int argc, char** argv) {
   using namespace surflect;
   const bool hasCommand = !app.get_subcommands().empty();
@@ -44,9 +44,10 @@ std::string unknownWord(CLI::App& app, int argc, char** argv) {
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   for (int i = 1; i < argc; ++i) {
     const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    if (word == "--") break; // what follows are no options
     if ((hasCommand && !word.starts_with("--")) || std::ranges::find(known, word) != known.end()) continue;
     const std::vector<std::string_view> names(known.begin(), known.end());
-    return fmt::format("unknown: {}; did you mean {}?", word, nearestName(word, names));
+    return fmt::format("unknown: {}{}", word, didYouMean(word, names));
   }
   return "";
 }
@@ -123,9 +124,7 @@ int main(int argc, char** argv) {
       app.exit(error);
       return std::fflush(stdout) == 0 && std::cout.flush() ? 0 : kFailed;
     }
-    const bool isUnknown = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
-                           app.get_subcommands().empty();
-    const std::string unknown = isUnknown ? unknownWord(app, argc, argv) : "";
+    const std::string unknown = unknownWord(app, argc, argv); // may be why another is missing
     say("surflect: " + (unknown.empty() ? std::string(error.what()) : unknown));
     say(fmt::format("surflect {}--help explains", app.get_subcommands().empty()
                                                       ? std::string()

@@ -22,6 +22,15 @@ CLI::Validator finiteIn(double least, double most) {
   return {problem, fmt::format("FLOAT in [{:g} - {:g}]", least, most), ""};
 }
 
+CLI::Validator oneOf(std::vector<std::string> words) {
+  const auto problem = [words](const std::string& text) -> std::string {
+    if (std::ranges::find(words, text) != words.end()) return "";
+    const std::vector<std::string_view> known(words.begin(), words.end());
+    return fmt::format("found '{}', expected {}{}", text, fmt::join(words, ", "), didYouMean(text, known));
+  };
+  return {problem, fmt::format("{}", fmt::join(words, "|")), ""};
+}
+
 void addSimd(CLI::App& command) {
   std::vector<std::string> names{"auto"};
   for (const Simd supported : supportedSimd()) names.emplace_back(nameOf(supported));
@@ -34,7 +43,7 @@ void addSimd(CLI::App& command) {
           },
           "vector instructions; default: auto, the best that the processor has")
       ->option_text("auto, scalar, avx2 or avx512")
-      ->check(CLI::IsMember(names));
+      ->check(oneOf(names));
 }
 
 using method::Method, method::Option, method::Setting, method::Value;
@@ -106,8 +115,7 @@ void MethodOptions::add(CLI::App& command, Kind kind, std::function<const Method
           "as its paper prints it")
       ->option_text("full, preview or paper")
       ->default_str("full")
-      ->check(
-          CLI::IsMember(std::vector<std::string>(std::begin(method::kPresets), std::end(method::kPresets))));
+      ->check(oneOf({std::begin(method::kPresets), std::end(method::kPresets)}));
   for (const Method& method : method::methods())
     for (const Option& option : rowsOf(method))
       if (!command.get_option_no_throw(method::flagOf(option.name))) addFlag(command, option);
@@ -158,7 +166,7 @@ std::vector<CLI::Option*> MethodOptions::addFlag(CLI::App& command, const Option
 }
 
 std::string MethodOptions::problemOf(const std::string& name, const std::string& text) const {
-  std::vector<std::string> domains; // of the methods that have the option
+  std::vector<std::string> domains, words; // of the methods that have the option
   for (const Method& method : method::methods())
     for (const Option& option : rowsOf(method)) {
       if (option.name != name) continue;
@@ -169,9 +177,12 @@ std::string MethodOptions::problemOf(const std::string& name, const std::string&
         if (const std::string domain = method::domainText(option);
             std::ranges::find(domains, domain) == domains.end())
           domains.push_back(domain);
+        if (const auto* choices = std::get_if<std::vector<Value>>(&option.domain))
+          for (const Value& choice : *choices) words.push_back(choice.text());
       }
     }
-  return fmt::format("found {}, expected {}", text, fmt::join(domains, "; or "));
+  const std::vector<std::string_view> known(words.begin(), words.end());
+  return fmt::format("found {}, expected {}{}", text, fmt::join(domains, "; or "), didYouMean(text, known));
 }
 
 std::span<const Option> MethodOptions::rowsOf(const Method& method) const {

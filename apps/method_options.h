@@ -24,6 +24,9 @@ CLI::Validator finiteIn(double least, double most);
 // Whole numbers in a range. Signed, so that negative input is not wrapped around.
 inline CLI::Validator wholeIn(int64_t least, int64_t most) { return CLI::Range(least, most); }
 
+// One of the words; the error suggests the nearest.
+CLI::Validator oneOf(std::vector<std::string> words);
+
 // Adds --simd.
 void addSimd(CLI::App& command);
 

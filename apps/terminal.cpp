@@ -71,8 +71,9 @@ Progress terminalProgress() {
     progress.report = [line](std::string_view stage, double fraction) {
       const std::lock_guard lock(line->mutex);
       const auto now = Clock::now();
+      const bool isNew = stage != line->stage; // shown at once, as the next report may come late
       const std::string text = line->textOf(stage, fraction);
-      if (fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
+      if (!isNew && fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
       line->last = now;
       fmt::print(stderr, "\r\033[K{}{}", text, fraction < 1 ? "" : "\r\033[K");
       std::fflush(stderr);

@@ -5,6 +5,7 @@
 #include "render/scene/script.h"
 #include "srf/model/manifest.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 #include "surfel/base/folder.h"
 
 #include <fmt/format.h>
@@ -44,7 +45,7 @@ std::vector<std::filesystem::path> modelsIn(const std::filesystem::path& folder)
 
 // Adds what a target names: a model, a script, a capture, or a folder of models.
 void addTarget(const std::filesystem::path& target, capture::PathRule outside, viewer::ViewerInput& input) {
-  if (!std::filesystem::exists(target)) throw Error("is not there").in(target);
+  requireExisting(target);
   if (!std::filesystem::is_directory(target)) {
     if (target.extension() == ".json") {
       input.capture = capture::readCapture(target, outside);
@@ -92,6 +93,7 @@ viewer::ViewerInput inputOf(const ViewArguments& arguments) {
         .in(arguments.targets.front());
   if (!arguments.capture.empty()) input.capture = capture::readCapture(arguments.capture, arguments.outside);
   if (!arguments.environments.empty()) {
+    requireExisting(arguments.environments);
     input.environments = environmentsIn(arguments.environments);
     if (input.environments.empty()) throw Error("holds no .exr or .hdr picture").in(arguments.environments);
   }

@@ -59,8 +59,7 @@ const Method& methodOf(std::string_view tag) {
   if (found != methods().end()) return *found;
   std::vector<std::string_view> tags;
   for (const Method& method : methods()) tags.push_back(method.tag);
-  throw Error(fmt::format("found '{}', expected {}; did you mean {}?", tag, fmt::join(tags, ", "),
-                          nearestName(tag, tags)));
+  throw Error(fmt::format("found '{}', expected {}{}", tag, fmt::join(tags, ", "), didYouMean(tag, tags)));
 }
 
 const Method& methodOfModel(const std::filesystem::path& model) {

@@ -33,10 +33,14 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const metho
                                         std::span<const capture::View> others, const warp::ShotTime& time) {
   const auto* named = std::get_if<scene::NamedCamera>(&*script.camera);
   if (!named) return scene::cameraAt(script, time);
+  std::vector<std::string_view> known;
   for (const std::span<const capture::View> views : {std::span(model.rig.views), others})
-    for (const capture::View& view : views)
+    for (const capture::View& view : views) {
       if (view.identity == named->from) return fitted(scene::inObjectSpace(view.camera), script);
-  throw Error::mismatch("a camera of " + model.folder.string(), "'" + named->from + "'")
+      known.push_back(view.identity);
+    }
+  throw Error::mismatch("a camera of " + model.folder.string() + didYouMean(named->from, known),
+                        "'" + named->from + "'")
       .at("camera.from")
       .in(script.path);
 }

@@ -68,7 +68,13 @@ bool hasEffect(const Option& row, const Setting& all) {
 }
 
 void requireValue(const Option& option, const Value& value) {
-  if (!isIn(option, value)) throw Error::mismatch(domainText(option), value.text()).at(flagOf(option.name));
+  if (isIn(option, value)) return;
+  std::vector<std::string> words;
+  if (const auto* choices = std::get_if<std::vector<Value>>(&option.domain))
+    for (const Value& choice : *choices) words.push_back(choice.text());
+  const std::vector<std::string_view> known(words.begin(), words.end());
+  const std::string found = value.text();
+  throw Error::mismatch(domainText(option) + didYouMean(found, known), found).at(flagOf(option.name));
 }
 
 } // namespace
@@ -79,7 +85,7 @@ const Option& rowOf(const Options& options, std::string_view name) {
   if (found != options.rows.end()) return *found;
   std::vector<std::string_view> known;
   for (const Option& row : options.rows) known.push_back(row.name);
-  const std::string_view nearest = known.empty() ? "" : nearestName(wanted, known);
+  const std::string_view nearest = nearestName(wanted, known);
   throw Error(fmt::format("{} has no option {}{}", options.method, flagOf(wanted),
                           nearest.empty() ? "" : fmt::format("; did you mean {}?", flagOf(nearest))));
 }

@@ -190,7 +190,7 @@ Output asOutput(const Entry& entry) {
     for (const Entry& name : asArray(*aov, "an array of names")) {
       const std::string text = asText(name);
       if (std::find(aovNames.begin(), aovNames.end(), text) == aovNames.end())
-        throw mismatch(name, "one of " + listed(aovNames));
+        throw noneOf(name, Keys(aovNames.begin(), aovNames.end()));
       if (std::find(output.aov.begin(), output.aov.end(), text) != output.aov.end())
         throw mismatch(name, "each name once");
       output.aov.push_back(text);
@@ -229,7 +229,7 @@ std::optional<Value> findChoice(const Section& section, std::string_view key,
     if (text == name) return value;
     names.push_back(name);
   }
-  throw mismatch(*entry, "one of " + listed(names));
+  throw noneOf(*entry, names);
 }
 
 weights::LightExtrapolation uncoveredOr(const Section& section, weights::LightExtrapolation otherwise) {

@@ -101,8 +101,8 @@ void ScriptDocument::prefer(std::string_view group, std::string_view name) {
     Keys known;
     if (groups)
       for (auto&& [key, node] : *groups) known.push_back(key.str());
-    throw Error(known.empty() ? "missing"
-                              : "missing; the nearest one there is " + std::string(nearestName(name, known)))
+    throw Error("missing" + (known.empty() ? std::string() : ", expected " + listed(known)) +
+                didYouMean(name, known))
         .at(field);
   }
   if (!named->is_table()) throw Error::mismatch("a table", shown(*named)).at(field);
@@ -114,8 +114,9 @@ Section::Section(const Entry& table, const Keys& known) : table_(table) {
   for (const auto& [key, node] : asTable(table)) {
     const std::string name = shown(key.str());
     if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
+    const std::string meant = didYouMean(name, known);
     throw Error("unknown key on line " + std::to_string(key.source().begin.line) +
-                "; the nearest known one is " + std::string(nearestName(name, known)))
+                (meant.empty() ? "; known are " + listed(known) : meant))
         .at(fieldOf(table, name));
   }
 }
@@ -136,6 +137,11 @@ Entry Section::require(std::string_view key) const {
 
 Error mismatch(const Entry& entry, std::string_view expected) {
   return Error::mismatch(expected, shown(nodeOf(entry))).at(entry.field);
+}
+
+Error noneOf(const Entry& entry, const Keys& names) {
+  const auto* text = nodeOf(entry).as_string();
+  return mismatch(entry, "one of " + listed(names) + (text ? didYouMean(text->get(), names) : ""));
 }
 
 std::string asText(const Entry& entry) {
@@ -231,8 +237,7 @@ size_t typeOf(const Entry& table, const Keys& types) {
   const toml::node* type = asTable(table).get("type");
   if (!type) throw Error::mismatch("type = one of " + listed(types), "no type").at(table.field);
   const auto found = std::find(types.begin(), types.end(), type->value_or(std::string_view()));
-  if (found == types.end())
-    throw mismatch(entryOf(*type, table.field + ".type", table), "one of " + listed(types));
+  if (found == types.end()) throw noneOf(entryOf(*type, table.field + ".type", table), types);
   return static_cast<size_t>(found - types.begin());
 }
 

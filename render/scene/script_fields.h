@@ -153,6 +153,8 @@ private:
 
 // "found ..., expected ..." at the entry.
 Error mismatch(const Entry& entry, std::string_view expected);
+// The same where one of some names is expected; the nearest one is suggested.
+Error noneOf(const Entry& entry, const Keys& names);
 
 // Throw Error at the entry where it is something else.
 std::string asText(const Entry& entry); // not empty

@@ -198,8 +198,9 @@ const NamedMaterial& MaterialList::named(const scene::Entry& entry) const {
   scene::Keys known;
   for (const auto& [other, material] : materials) known.push_back(other);
   if (known.empty()) throw scene::mismatch(entry, "a material of a table before this, and there is none");
-  throw scene::mismatch(entry, "a material of a table before this; the nearest is " +
-                                   std::string(nearestName(name, known)));
+  throw scene::mismatch(entry, "a material of a table before this: " +
+                                   firstNames(std::vector<std::string>(known.begin(), known.end())) +
+                                   didYouMean(name, known));
 }
 
 MaterialList asMaterials(const scene::Entry& entry) {

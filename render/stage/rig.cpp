@@ -79,7 +79,7 @@ capture::Lens asLens(const scene::Section& s) {
   if (const std::string name = scene::asText(model); name == "orthographic")
     lens.model = capture::Lens::Model::orthographic;
   else if (name != "pinhole")
-    throw scene::mismatch(model, "pinhole or orthographic");
+    throw scene::noneOf(model, {"pinhole", "orthographic"});
   const bool isPinhole = lens.model == capture::Lens::Model::pinhole;
   if (const auto other = s.find(isPinhole ? "height" : "fov_deg"))
     throw scene::mismatch(*other, isPinhole ? "fov_deg for a pinhole" : "height for an orthographic camera");

@@ -30,7 +30,7 @@ Stage asStage(const scene::Entry& root) {
   if (const auto transport = s.find("transport")) {
     const std::string name = scene::asText(*transport);
     if (name != "local" && name != "direct" && name != "full")
-      throw scene::mismatch(*transport, "local, direct or full");
+      throw scene::noneOf(*transport, {"local", "direct", "full"});
     stage.trace.transport = name == "local"    ? Transport::local
                             : name == "direct" ? Transport::direct
                                                : Transport::full;
@@ -38,7 +38,7 @@ Stage asStage(const scene::Entry& root) {
   if (const auto matte = s.find("matte")) {
     const std::string name = scene::asText(*matte);
     if (name != "coverage" && name != "transmittance")
-      throw scene::mismatch(*matte, "coverage or transmittance");
+      throw scene::noneOf(*matte, {"coverage", "transmittance"});
     stage.trace.matte = name == "coverage" ? Matte::coverage : Matte::transmittance;
   }
   stage.rig = asRig(s);

@@ -2,13 +2,13 @@
 
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
+#include "surfel/geometry/embree.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <limits>
 #include <string>
 #include <type_traits>
@@ -179,11 +179,9 @@ StageScene::~StageScene() = default;
 
 std::optional<SurfaceHit> StageScene::firstHit(const Point3<AcquisitionSpace, double>& origin,
                                                const Direction3<AcquisitionSpace, double>& direction) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRayHit query{rays_->ray(origin.raw(), direction.raw(), std::numeric_limits<double>::infinity()), {}};
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(rays_->scene, &context, &query);
+  intersectRay(rays_->scene, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
   const StageObject& object = objects_[query.hit.geomID];
@@ -223,8 +221,7 @@ namespace {
 
 // Casts at most as many rays as the packet holds.
 template <class Packet>
-uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersectContext& context,
-                    auto* ask) {
+uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, bool isCoherent) {
   constexpr size_t kMost = std::extent_v<decltype(Packet::tfar)>;
   // Embree ignores `valid` for packet sizes that are not native. Rays that end before they begin are always
   // inactive.
@@ -240,7 +237,7 @@ uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersec
     packet.mask[i] = ~0u;
     valid[i] = -1;
   }
-  ask(valid.data(), scene, &context, &packet);
+  occludePacket(scene, valid.data(), packet, isCoherent);
   uint32_t bits = 0; // Embree marks a hit by a negative tfar
   for (size_t i = 0; i < rays.size(); ++i) bits |= static_cast<uint32_t>(packet.tfar[i] < 0) << i;
   return bits;
@@ -250,14 +247,12 @@ uint32_t occludedIn(RTCScene scene, std::span<const ShadowRay> rays, RTCIntersec
 
 uint32_t StageScene::occluded(std::span<const ShadowRay> rays, Beam beam) const {
   assert(rays.size() <= kMostRays);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  if (beam == Beam::narrow) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  if (rays_->has16) return occludedIn<RTCRay16>(rays_->scene, rays, context, &rtcOccluded16);
+  const bool isCoherent = beam == Beam::narrow;
+  if (rays_->has16) return occludedIn<RTCRay16>(rays_->scene, rays, isCoherent);
   const size_t half = std::min(rays.size(), kMostRays / 2);
-  const uint32_t first = occludedIn<RTCRay8>(rays_->scene, rays.first(half), context, &rtcOccluded8);
+  const uint32_t first = occludedIn<RTCRay8>(rays_->scene, rays.first(half), isCoherent);
   if (rays.size() == half) return first;
-  return first | occludedIn<RTCRay8>(rays_->scene, rays.subspan(half), context, &rtcOccluded8) << half;
+  return first | occludedIn<RTCRay8>(rays_->scene, rays.subspan(half), isCoherent) << half;
 }
 
 Point3<AcquisitionSpace, double>

@@ -1,8 +1,10 @@
 #include "render/verify/check.h"
 
 #include "surfel/base/error.h"
+#include "surfel/base/text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -86,14 +88,14 @@ const Rule& ruleOf(std::string_view name) {
 } // namespace
 
 void requireBounds(const Bounds& bounds) {
-  std::vector<std::string> names;
+  std::vector<std::string_view> names;
   for (const Rule& rule : kRules)
-    if (rule.bound) names.emplace_back(rule.name);
+    if (rule.bound) names.push_back(rule.name);
   for (const auto& [name, bound] : bounds) {
     if (std::ranges::find(names, name) == names.end()) {
-      std::string known;
-      for (const std::string& each : names) known += (known.empty() ? "" : ", ") + each;
-      throw Error::mismatch("one of " + known, "'" + name + "'").at("--bound");
+      throw Error::mismatch(fmt::format("one of {}{}", fmt::join(names, ", "), didYouMean(name, names)),
+                            "'" + name + "'")
+          .at("--bound");
     }
     if (!std::isfinite(bound)) throw Error::mismatch("a number", numberText(bound)).at(name).at("--bound");
   }

@@ -193,6 +193,17 @@ KeyRule keyRule(std::string_view key, KeyPlace place) {
   return {};
 }
 
+std::vector<std::string_view> keysReadAt(KeyPlace place) {
+  std::vector<std::string_view> keys(kOfLight.begin(), kOfLight.end());
+  if (place == KeyPlace::light) return keys;
+  keys.assign(kOfLens.begin(), kOfLens.end());
+  if (place == KeyPlace::frame)
+    keys.insert(keys.end(), kOfFrame.begin(), kOfFrame.end());
+  else
+    keys.insert(keys.end(), kOfCapture.begin(), kOfCapture.end());
+  return keys;
+}
+
 // Returns whether a value means that its key does not apply: null, false, 0, "none", one of the words, or a
 // list of such values.
 bool saysNothing(const Json& value, std::string_view words) {
@@ -227,6 +238,7 @@ std::optional<std::string> UnknownKeys::note() const {
       if (static_cast<unsigned char>(c) < ' ' || c == 127) c = '?';
     if (place != KeyPlace::capture)
       list += " (in " + counted(count, place == KeyPlace::frame ? "frame" : "light") + ")";
+    list += didYouMean(key, keysReadAt(place));
   }
   return counted(all, "key") + (all > 1 ? " are" : " is") + " not known and passed over: " + list +
          (all > mostNamed ? " and " + std::to_string(all - mostNamed) + " more" : "");
@@ -429,8 +441,8 @@ size_t LightList::named(const Json& value) const {
   if (lights_.empty()) throw Error::mismatch("no light, as the capture lists none", shown(value));
   std::vector<std::string_view> known;
   for (const Light& light : lights_) known.push_back(light.name);
-  throw Error::mismatch("a light of the list (nearest: " + std::string(nearestName(name, known)) + ")",
-                        shown(value));
+  const std::vector<std::string> names(known.begin(), known.end());
+  throw Error::mismatch("a light of the list: " + firstNames(names) + didYouMean(name, known), shown(value));
 }
 
 std::optional<size_t> LightList::ofFrame(const Json& frame, size_t frameIndex) {

@@ -542,9 +542,8 @@ std::vector<image::Mask> masksByThreshold(ForeignCapture& source, double thresho
 
 ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options) {
   if (options.format) return *options.format;
+  requireExisting(source);
   std::error_code problem;
-  if (!fs::exists(source, problem))
-    throw Error("cannot open (" + (problem ? problem.message() : "no such file") + ")").in(source);
   if (!isFolder(source)) {
     if (source.extension() == ".json") return ImportFormat::transforms;
     if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
@@ -583,8 +582,8 @@ void holdOut(capture::Capture& capture, const std::vector<std::string>& names, s
     if (isCamera || light != capture.lights.end()) continue;
     std::vector<std::string_view> known(cameras.begin(), cameras.end());
     known.insert(known.end(), lights.begin(), lights.end());
-    throw Error::mismatch("a camera or light (nearest: " + std::string(nearestName(name, known)) + ")",
-                          shownText(name))
+    const std::vector<std::string> all(known.begin(), known.end());
+    throw Error::mismatch("a camera or light: " + firstNames(all) + didYouMean(name, known), shownText(name))
         .at("--test");
   }
   const bool ofLights = cameras.size() == 1 && lights.size() > 1;

@@ -103,8 +103,10 @@ std::string checkedFile(const std::filesystem::path& path, uint64_t most, const 
 }
 
 Manifest readManifest(const std::filesystem::path& path) {
-  if (std::error_code unreadable; !std::filesystem::exists(path, unreadable))
+  if (std::error_code unreadable; !std::filesystem::exists(path, unreadable)) {
+    requireExisting(path.parent_path());
     throw Error("no manifest: not a packed model").in(path);
+  }
   return parseManifest(readFile(path, kLargestText), path);
 }
 

@@ -241,6 +241,7 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
   const size_t surfels = photographs.surfels();
   const auto& [places, frames] = sampled;
   assert(places.size() == surfels && frames.size() == surfels);
+  progress("tables", 0);
   const Clusters clusters =
       findClusters(photographs, {.white = options.white, .mostClusters = options.mostTables}, progress);
 
@@ -251,7 +252,12 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
                            std::vector<Angle>(surfels),
                            {},
                            {}};
+  // Clusters, fibres and tables take about a third each.
+  const auto afterClusters = [&](double thirds, uint32_t cluster) {
+    progress("tables", (thirds + static_cast<double>(cluster) / static_cast<double>(clusters.count)) / 3);
+  };
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
+    afterClusters(1, cluster);
     std::vector<uint32_t> members;
     for (uint32_t s = 0; s < surfels; ++s)
       if (clusters.of[s] == cluster) members.push_back(s);
@@ -266,6 +272,7 @@ SharedReflectance shareReflectance(const Photographs& photographs, const SurfelP
   std::vector<SharedTable> tables;
   std::vector<float> errors(surfels * clusters.count);
   for (uint32_t cluster = 0; cluster < clusters.count; ++cluster) {
+    afterClusters(2, cluster);
     tables.push_back(fits.fitted(membershipIn(clusters.of, cluster), options.photographs / 4));
     const auto ofTable = leftOutErrors(photographs, tables.back().predictions, options.white);
     for (size_t s = 0; s < surfels; ++s) errors[s * clusters.count + cluster] = ofTable[s];
@@ -303,7 +310,7 @@ SharedReflectance spreadReflectance(const SharedReflectance& sample, const Surfe
   std::vector<Rgb> gains(count * tables); // by each table alone
   std::vector<float> ownShare(count);     // min(1, photographs / kEnough)
   for (size_t begin = 0; begin < count; begin += kSurfelsAtOnce) {
-    progress.checkpoint();
+    progress("tables of all surfels", static_cast<double>(begin) / static_cast<double>(count));
     const size_t end = std::min(count, begin + kSurfelsAtOnce);
     const PhotographArrays own = photographsOf(begin, end);
     const TurnedPhotographs turned(own.view(), std::span(all.tilts).subspan(begin, end - begin),

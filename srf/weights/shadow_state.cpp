@@ -11,6 +11,7 @@ VisibilityWeights shadowStates(const SurfelCloud& cloud, const Occluders& occlud
                                std::span<const capture::Light> lights, const Progress& progress) {
   VisibilityWeights result{lights.size(), std::vector<uint8_t>(cloud.size() * lights.size())};
   if (cloud.size() == 0 || lights.empty()) return result;
+  progress("shadows", 0);
   const auto viewpoints = viewpointsOf(lights);
   const DiscCaster<AcquisitionSpace> caster = casterOf(occluders, cloud, progress);
   const auto normalOf = [&](size_t i) {

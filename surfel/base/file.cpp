@@ -2,6 +2,7 @@
 
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
+#include "surfel/base/text.h"
 
 #include <algorithm>
 #include <cctype>
@@ -16,6 +17,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
+#include <vector>
 
 namespace surflect {
 
@@ -23,8 +25,32 @@ namespace {
 
 constexpr std::string_view kTemporaryEnd = ".tmp";
 
+// "; did you mean examples/vase.srf?" for a path of which a part is missing; empty if no name beside that
+// part is near.
+std::string nearestFile(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  constexpr size_t kMostNames = 10000;
+  std::error_code unknown;
+  fs::path missing = path.has_filename() ? path : path.parent_path();
+  while (missing.has_parent_path() && !fs::exists(missing.parent_path(), unknown))
+    missing = missing.parent_path();
+  const fs::path folder = missing.parent_path();
+  const std::string name = missing.filename().string();
+  if (name.empty()) return "";
+  std::vector<std::string> beside;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, unknown), end;
+       !unknown && entry != end && beside.size() < kMostNames; entry.increment(unknown))
+    if (std::string other = entry->path().filename().string();
+        other != name && (other.front() != '.' || name.front() == '.')) // a link may lead nowhere
+      beside.push_back(std::move(other));
+  const std::vector<std::string_view> known(beside.begin(), beside.end());
+  return didYouMean(name, known, folder.empty() ? "" : (folder / "").string());
+}
+
 Error systemError(const std::filesystem::path& path, std::string_view action) {
-  return Error("cannot " + std::string(action) + " (" + std::strerror(errno) + ")").in(path);
+  const int number = errno;
+  const std::string problem = "cannot " + std::string(action) + " (" + std::strerror(number) + ")";
+  return Error(problem + (number == ENOENT ? nearestFile(path) : "")).in(path);
 }
 
 void syncFolder(const std::filesystem::path& folder) {
@@ -35,6 +61,11 @@ void syncFolder(const std::filesystem::path& folder) {
 }
 
 } // namespace
+
+void requireExisting(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw systemError(path, "open");
+}
 
 int openForReading(const std::filesystem::path& path) {
   // Non-blocking: opening a pipe without writer would block.

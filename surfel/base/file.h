@@ -20,6 +20,10 @@ namespace surflect {
 inline constexpr uint64_t kLargestText = uint64_t{1} << 28; // descriptions that people or exporters write
 inline constexpr uint64_t kLargestFile = uint64_t{1} << 35;
 
+// Throws Error unless there is a file or folder at the path: "cannot open (No such file or directory); did
+// you mean examples/vase?", if a name there is near.
+void requireExisting(const std::filesystem::path& path);
+
 // Opens a file for reading; the caller closes the descriptor. Throws Error naming the file, also if it is not
 // a regular file: a device is endless, and a pipe blocks.
 int openForReading(const std::filesystem::path& path);

@@ -55,14 +55,20 @@ inline std::string lowerCase(std::string_view text) {
   return lower;
 }
 
-// Suggestion of the known name nearest to a misspelt one.
+// Suggestion of the known name that a misspelt one means.
 
-// Levenshtein distance: number of letters to insert, delete or replace.
+// Number of letters to insert, delete, replace, or swap with the next one (optimal string alignment).
 size_t editDistance(std::string_view a, std::string_view b);
 
-// Known name that begins with the name, if it has three letters or more; else the one of smallest distance,
-// the first of equals. `known` is not empty.
+// Known name that begins with the name, if it has three letters or more; else the one of smallest distance in
+// lower case, the first of equals. Empty if none is near: at most a third of the letters differ, and not the
+// digits alone, as C12 and C13 are two things.
 std::string_view nearestName(std::string_view name, std::span<const std::string_view> known);
+
+// "; did you mean fov_deg?", the end of a message; empty if no known name is near. `before` stands before the
+// suggested name, such as the folder of a file.
+std::string didYouMean(std::string_view name, std::span<const std::string_view> known,
+                       std::string_view before = "");
 
 // Lists of names in messages.
 

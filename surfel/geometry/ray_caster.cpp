@@ -1,9 +1,8 @@
 #include "surfel/geometry/ray_caster.h"
 
 #include "surfel/base/error.h"
+#include "surfel/geometry/embree.h"
 #include "surfel/math/bounds.h"
-
-#include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <cassert>
@@ -23,7 +22,7 @@ public:
     requireSuccess({});
     scene_ = rtcNewScene(device_);
     rtcSetSceneBuildQuality(scene_, quality);
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST | kFiltersInQueries);
   }
   ~EmbreeScene() {
     rtcReleaseScene(scene_);
@@ -82,13 +81,11 @@ public:
   // Is anything in the way, between `offset` and `distance`?
   bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
                 double offset, double distance) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     std::optional<RTCRay> blocked = ray(origin, direction);
     if (!blocked) return false;
     blocked->tnear = static_cast<float>(offset);
     blocked->tfar = static_cast<float>(distance);
-    rtcOccluded1(scene_, &context, &*blocked);
+    occludeRay(scene_, *blocked);
     return blocked->tfar < 0; // Embree's sign of a hit
   }
 
@@ -123,7 +120,7 @@ template <class Space> struct RayCaster<Space>::Scene : EmbreeScene<Space> {
 namespace {
 
 struct WindingContext {
-  RTCIntersectContext embree; // first, for Embree hands on a pointer to it
+  EmbreeContext embree; // first, for Embree hands on a pointer to it
   int winding = 0;
 };
 
@@ -156,13 +153,11 @@ template <class Space> RayCaster<Space>::~RayCaster() = default;
 template <class Space>
 auto RayCaster<Space>::firstHit(const Point3<Space, double>& origin,
                                 const Direction3<Space, double>& direction) const -> std::optional<Hit> {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   const std::optional<RTCRay> ray = scene_->ray(origin, direction);
   if (!ray) return std::nullopt;
   RTCRayHit query{*ray, {}};
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_->scene(), &context, &query);
+  intersectRay(scene_->scene(), query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return Hit{query.hit.primID, query.ray.tfar, query.hit.u, query.hit.v};
 }
@@ -178,11 +173,9 @@ template <class Space>
 int RayCaster<Space>::winding(const Point3<Space, double>& origin,
                               const Direction3<Space, double>& direction) const {
   WindingContext context;
-  rtcInitIntersectContext(&context.embree);
-  context.embree.filter = countCrossing;
   std::optional<RTCRay> ray = scene_->ray(origin, direction);
   if (!ray) return 0;
-  rtcOccluded1(scene_->scene(), &context.embree, &*ray);
+  occludeRay(scene_->scene(), *ray, countCrossing, context.embree);
   return context.winding;
 }
 

@@ -175,7 +175,7 @@ class CaptureCommand(TestInFolder):
         stage = ROOT / "examples" / "stages" / "sphere.toml"
         result = run("capture", stage, "--scale", "tyny", "-o", self.folder / "none")
         self.assertEqual(result.returncode, 1)
-        self.assertRegex(result.stderr, r"^surflect: [^\n]*scale\.tyny: missing; [^\n]*tiny\n$")
+        self.assertRegex(result.stderr, r"^surflect: [^\n]*scale\.tyny: missing, [^\n]*; did you mean tiny\?\n$")
 
     def test_what_is_wrong_with_a_stage_is_one_line(self):
         (self.folder / "nan.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")

@@ -101,13 +101,29 @@ class Usage(unittest.TestCase):
                 self.assertIn("Example: surflect " + " ".join(arguments), result.stdout)
 
     def test_misspelt_words_are_answered_with_the_nearest(self):
-        for arguments, nearest in ((["rendr"], "render"), (["render", "film.toml", "-o", "f", "--sacle", "2"], "--scale"),
-                                   (["pack", "views", "--method", "slv", "-o", "f"], "slf"),
-                                   (["pack", "views", "--method", "slf", "-o", "f", "--vq", "2"], "slf has no option --vq")):
+        for arguments, answer in (
+                ("rendr", "unknown: rendr; did you mean render?"),
+                ("render film.toml -o f --sacle 2", "unknown: --sacle; did you mean --scale?"),
+                ("pack capture --ouput f", "unknown: --ouput; did you mean --output?"),
+                ("pack views --method slv -o f", "; did you mean slf?"),
+                ("pack views --method slf -o f --vq 2", "slf has no option --vq"),
+                ("pack views --method slf -o f --blend fittd", "; did you mean fitted?"),
+                ("render film.toml -o f --preset papr", "; did you mean paper?"),
+                ("render film.toml -o f --simd scaler", "; did you mean scalar?"),
+                ("evaluate m.srf capture --baseline neares", "; did you mean nearest?"),
+                ("evaluate m.srf capture --split tset", "; did you mean test?"),
+                ("import source -o out --format colmpa", "; did you mean colmap?"),
+                ("import source -o out --color-space sRGB", "; did you mean srgb?"),
+                ("verify m.srf --bound unsen=5", "; did you mean unseen?")):
             with self.subTest(arguments=arguments):
-                result = run(*arguments)
-                self.assertEqual(result.returncode, 2)
-                self.assertIn(nearest, result.stderr)
+                result = run(*arguments.split())
+                self.assertEqual((result.returncode, result.stdout), (2, ""))
+                self.assertIn(answer, result.stderr)
+
+    def test_words_that_are_near_to_none_are_answered_with_none(self):
+        for arguments in ("paint", "render film.toml -o f --photographs 2"):
+            with self.subTest(arguments=arguments):
+                self.assertNotIn("did you mean", run(*arguments.split()).stderr)
 
     def test_the_version_is_three_numbers(self):
         result = run("--version")
@@ -135,6 +151,27 @@ class Failures(TestInFolder):
                           ["evaluate", missing, missing]):
             with self.subTest(arguments=arguments):
                 self.assert_fails_in_one_line(str(missing), *arguments)
+
+    def test_the_name_of_a_file_that_is_near_is_suggested(self):
+        folder = self.folder / "beside"
+        folder.mkdir()
+        for name in ("vase.srf", "film.toml", ".film.toml.swp", "cameras12"):
+            (folder / name).mkdir()
+        (folder / "dangling.toml").symlink_to("nowhere")
+        for arguments, meant in ((["view", "vase.sfr"], "vase.srf"), (["view", "flim.toml"], "film.toml"),
+                                 (["inspect", "vase.sfr"], "vase.srf"), (["render", "vase.sfr/", "-o", "f"], "vase.srf"),
+                                 (["evaluate", "vase.sfr", "capture"], "vase.srf"),
+                                 (["pack", "vas.srf/capture/transforms.json", "-o", "m.srf"], "vase.srf"),
+                                 (["import", "film.tml", "-o", "out"], "film.toml"),
+                                 (["inspect", "cameras13"], None), (["inspect", "dangling.toml"], None), (["inspect", "nothing"], None)):
+            with self.subTest(arguments=arguments):
+                command, *paths = arguments
+                result = run(command, *(folder / path for path in paths[:1]), *paths[1:])
+                self.assertEqual(result.returncode, 1, result.stderr)
+                meaning = f"; did you mean {folder / meant}?" if meant else "(No such file or directory)"
+                self.assertTrue(result.stderr.endswith(meaning + "\n"), result.stderr)
+        here = subprocess.run([SURFLECT, "view", "vase.sfr"], cwd=folder, capture_output=True, text=True)
+        self.assertTrue(here.stderr.endswith("; did you mean vase.srf?\n"), here.stderr)
 
     def test_a_folder_that_cannot_be_looked_into_is_named_in_one_line(self):
         loop, long = self.folder / "loop", self.folder / ("x" * 300)
@@ -165,8 +202,12 @@ class Failures(TestInFolder):
 
     def test_a_misspelt_key_is_answered_with_the_nearest(self):
         script = self.folder / "misspelt.toml"
-        script.write_text(SCRIPT.replace("fov_deg", "fov_dge"))
-        self.assert_fails_in_one_line("fov_deg", "render", script, "-o", self.folder / "frames")
+        for right, wrong in (("fov_deg", "fov_dge"), ('"point"', '"pont"'), ('"twist"', '"twits"'), ('"depth"', '"dept"'),
+                             ("angle_deg", "angle"), ("[camera]", "[camra]")):
+            with self.subTest(wrong=wrong):
+                script.write_text(SCRIPT.replace(right, wrong, 1))
+                meant = right.strip('"[]')
+                self.assert_fails_in_one_line(f"; did you mean {meant}?", "render", script, "-o", self.folder / "frames")
 
     def test_tables_that_hold_one_another_too_deep_are_refused(self):
         deep = self.folder / "deep.toml"

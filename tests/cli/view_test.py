@@ -374,7 +374,7 @@ class Targets(TestInFolder):
     def test_what_cannot_be_shown_is_said(self):
         (self.folder / "empty").mkdir()
         (self.folder / "note.txt").write_text("x")
-        for target, words in (("missing", "is not there"), ("empty", "expected a model"), ("note.txt", "expected a model")):
+        for target, words in (("missing", "cannot open (No such file or directory)"), ("empty", "expected a model"), ("note.txt", "expected a model")):
             result = run("view", self.folder / target)
             self.assertEqual(result.returncode, 1, result.stderr)
             self.assertIn(words, result.stderr)

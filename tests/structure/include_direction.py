@@ -69,6 +69,7 @@ BELOW = {
 # Beside the standard library and Eigen, which every header may use. The fields of a capture are functions of JSON values,
 # which json_fwd.hpp declares.
 HEADERS_MAY_USE = {"apps": ["CLI/", "nlohmann/"], "bench": ["nlohmann/"], "surfel/math": ["hwy/"], "render/splat": ["hwy/"],
+                   "surfel/geometry": ["embree"],
                    "srf/capture": ["nlohmann/json_fwd.hpp"],
                    "tests": ["gtest/", "unistd.h", "nlohmann/"]}
 

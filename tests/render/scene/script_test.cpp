@@ -129,11 +129,10 @@ TEST(Script, TablesAreNotReadThatHoldOneAnotherTooDeep) {
 
 TEST(Script, AMisspeltKeyIsToldWithItsLineAndTheNearestKnownOne) {
   EXPECT_EQ(complaint(replaced(example, "look_at", "lookat")),
-            "shots/shot.toml: camera.lookat: unknown key on line 14; the nearest known one is look_at");
+            "shots/shot.toml: camera.lookat: unknown key on line 14; did you mean look_at?");
   EXPECT_EQ(complaint(replaced(example, "angle_deg", "angel_deg")),
-            "shots/shot.toml: warp[0].angel_deg: unknown key on line 29; the nearest known one is angle_deg");
-  EXPECT_EQ(complaint("modle = \"a\""),
-            "shots/shot.toml: modle: unknown key on line 1; the nearest known one is model");
+            "shots/shot.toml: warp[0].angel_deg: unknown key on line 29; did you mean angle_deg?");
+  EXPECT_EQ(complaint("modle = \"a\""), "shots/shot.toml: modle: unknown key on line 1; did you mean model?");
 }
 
 TEST(Script, WholeNumbersMayHaveAPointAsOtherProgramsWriteThem) {
@@ -158,7 +157,7 @@ TEST(Script, AWrongValueIsToldWithWhatWasExpected) {
             "point, environment");
   EXPECT_EQ(complaint(replaced(example, "\"stretch\"", "\"strech\"")),
             "shots/shot.toml: output.aov[4]: found \"strech\" on line 11, expected one of depth, normal, "
-            "position, rest, camera_blend, light_blend, stretch, predicted_error");
+            "position, rest, camera_blend, light_blend, stretch, predicted_error; did you mean stretch?");
   EXPECT_EQ(complaint(replaced(example, "fov_deg = 30", "")),
             "shots/shot.toml: camera.fov_deg: missing from the table on line 12");
 }
@@ -472,7 +471,7 @@ TEST(Script, WhatIsNoEnvironmentIsToldWithWhatWasExpected) {
   EXPECT_NE(told("0.05", "0").find("light[0].error: found 0"), std::string::npos);
   EXPECT_NE(told("0.05", "2").find("0.0001..1"), std::string::npos);
   EXPECT_NE(told("extrapolate", "drop").find("one of extrapolate, fade"), std::string::npos);
-  EXPECT_NE(told("rotate_deg", "rotate_dge").find("nearest known one is rotate_deg"), std::string::npos);
+  EXPECT_NE(told("rotate_deg", "rotate_dge").find("did you mean rotate_deg?"), std::string::npos);
 }
 
 TEST(Script, LampsFadeWhenAsked) {
@@ -607,7 +606,8 @@ TEST(ScriptObjects, FaultsAreNamed) {
   EXPECT_EQ(complaint(object + "rotate_axis = [0, 0, 0]\nrotate_deg = 1"),
             place + "[0].rotate_axis: found an array of 3 on line 3, expected a direction other than 0");
   EXPECT_EQ(complaint(object + "turn = 3"),
-            place + "[0].turn: unknown key on line 3; the nearest known one is model");
+            place +
+                "[0].turn: unknown key on line 3; known are model, position, rotate_axis, rotate_deg, scale");
 }
 
 } // namespace

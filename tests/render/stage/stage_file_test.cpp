@@ -66,7 +66,7 @@ lights = { count = 5 }
   const auto error = [&](const std::string& stage, const char* scale) {
     return image::errorOf([&] { parseStage(stage, "stage.toml", scale); });
   };
-  EXPECT_EQ(error(text, "tyny"), "stage.toml: scale.tyny: missing; the nearest one there is tiny");
+  EXPECT_EQ(error(text, "tyny"), "stage.toml: scale.tyny: missing, expected full, tiny; did you mean tiny?");
   EXPECT_EQ(error(example, "tiny"), "stage.toml: scale.tiny: missing");
   EXPECT_NE(error(with("camera.size", "camera.siz", text), "tiny").find("camera.siz: unknown key on line"),
             std::string::npos);

@@ -134,6 +134,12 @@ TEST_F(CaptureFile, UnknownKeysAreNamedInOneNote) {
   json["lights"][0]["colour"] = 1;
   EXPECT_EQ(read(json).notes,
             std::vector<std::string>{"1 key is not known and passed over: \"colour\" (in 1 light)"});
+  json = full();
+  json["frames"][1]["expsure"] = 1;
+  json["origni"] = {0, 0, 0};
+  EXPECT_EQ(read(json).notes, std::vector<std::string>{
+                                  "2 keys are not known and passed over: \"expsure\" (in 1 frame); did you "
+                                  "mean exposure?, \"origni\"; did you mean origin?"});
   json = small();
   for (int i = 0; i < 12; ++i) json["key" + std::to_string(10 + i)] = i;
   EXPECT_TRUE(read(json).notes.at(0).ends_with("\"key18\", \"key19\" and 2 more"));
@@ -360,12 +366,12 @@ TEST_F(CaptureFile, LightDirectionsMustBeUnitButForRounding) {
   EXPECT_EQ(error(json), "lights[0].direction: found length 0, expected a unit vector");
 }
 
-TEST_F(CaptureFile, AnUnknownLightComesWithTheNearestKnownName) {
+TEST_F(CaptureFile, AnUnknownLightComesWithKnownOnes) {
   Json json = full();
   json["frames"][1]["light"] = "P02";
-  EXPECT_EQ(error(json), "frames[1].light: found \"P02\", expected a light of the list (nearest: P01)");
+  EXPECT_EQ(error(json), "frames[1].light: found \"P02\", expected a light of the list: L00, P01");
   json["frames"][1]["light"] = "L0O";
-  EXPECT_NE(error(json).find("(nearest: L00)"), std::string::npos);
+  EXPECT_NE(error(json).find("; did you mean L00?"), std::string::npos);
 }
 
 TEST_F(CaptureFile, NamesOfLightsAreUnique) {

@@ -204,9 +204,10 @@ TEST_F(Dome, AFailureLeavesNothingBehind) {
   };
   ImportOptions options;
   options.test = {"none"};
-  EXPECT_NE(
-      image::errorOf([&] { importCapture(folder / "source", folder / "out", options); }).find("(nearest: "),
-      std::string::npos);
+  EXPECT_NE(image::errorOf([&] {
+              importCapture(folder / "source", folder / "out", options);
+            }).find("expected a camera or light: "),
+            std::string::npos);
   EXPECT_TRUE(nothingLeft());
 
   Progress progress;
@@ -261,7 +262,7 @@ TEST(ImportFormats, AreToldByWhatIsThere) {
   for (const char* name : {"a.lp", "b.LP", "lights.txt", "light_directions.txt"})
     EXPECT_EQ(formatIn(name), ImportFormat::lights);
   EXPECT_NE(image::errorOf([&] { formatIn("readme.txt"); }).find("no format known"), std::string::npos);
-  EXPECT_NE(image::errorOf([&] { formatOfSource(folder / "none", {}); }).find("no such file"),
+  EXPECT_NE(image::errorOf([&] { formatOfSource(folder / "none", {}); }).find("No such file"),
             std::string::npos);
   image::writeBytes(folder / "x/a_par.txt", "");
   image::writeBytes(folder / "x/b_par.txt", "");
@@ -318,7 +319,9 @@ TEST_F(HoldOut, WhatTheSourceHoldsOutStaysOut) {
 
 TEST_F(HoldOut, UnknownNamesAndEmptyTrainingAreRefused) {
   EXPECT_EQ(image::errorOf([&] { holdOut(capture, {"C9"}, 0); }),
-            "--test: found \"C9\", expected a camera or light (nearest: C0)");
+            "--test: found \"C9\", expected a camera or light: C0, C1, C2, ..");
+  EXPECT_NE(image::errorOf([&] { holdOut(capture, {"c3"}, 0); }).find("; did you mean C3?"),
+            std::string::npos);
   EXPECT_NE(image::errorOf([&] { holdOut(capture, {}, 1); }).find("no photograph is left"),
             std::string::npos);
 }
