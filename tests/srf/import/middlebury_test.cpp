@@ -104,7 +104,7 @@ TEST_F(Middlebury, ARoundedRotationIsSaidAndAScaledOneRefused) {
 TEST_F(Middlebury, OnlyGoodSilhouettesBecomeMasksByThreshold) {
   read(whole());
   ImportOptions options;
-  options.maskThreshold = 0.05;
+  options.masks = MaskMaking{.threshold = 0.05};
   EXPECT_EQ(importCapture(folder / "ring_par.txt", folder / "all", options).masks, 4u);
   image::writeBytes(folder / "ring_good_silhouette_images.txt", "ring1.png\nring3.png\nring7.png\n");
   const ImportReport report = importCapture(folder / "ring_par.txt", folder / "good", options);
