@@ -29,8 +29,8 @@ constexpr float kMostSigma = 0.04f;      // of the same: more is another scene
 constexpr float kDarkShare = 0.05f;      // of that percentile: darker pixels have no certain colour
 constexpr float kStrong = 16, kWeak = 5; // t of an object's pixels, and of those connected with them
 constexpr double kDarkestShadow = 0.2, kBrightestShadow = 1.1;
-constexpr double kShadowFit = 3;        // mean squared residual of a shadow, in units of sigma^2
-constexpr double kShadowContrast = 0.1; // of the plate, that makes a shadow known
+constexpr double kShadowFit = 3;   // mean squared residual of a shadow, in units of sigma^2
+constexpr double kSaturated = 0.6; // standard deviation of the channels over their mean, whose hue is certain
 
 bool isInBorder(const image::Image& image, int x, int y) {
   const int reach = std::max(1, std::min(image.width, image.height) / 8);
@@ -186,9 +186,8 @@ public:
     squares_ += weight * value * value;
   }
   Vec3<double> solution() const { return normal_.ldlt().solve(right_); }
-  double squaredResidual(const Vec3<double>& solution) const {
-    return std::max(0.0, squares_ - solution.dot(right_));
-  }
+  // Sum of weighted squared residuals.
+  double least() const { return std::max(0.0, squares_ - solution().dot(right_)); }
 
 private:
   Mat3<double> normal_ = Mat3<double>::Identity() * 1e-12;
@@ -197,11 +196,13 @@ private:
 };
 
 // Removes the pixels of `mask` that are shadows on the plate: in some window of 5 x 5 samples around them,
-// one, two or four pixels apart, I = s B, where the factor s varies linearly over the window, and an even
-// grey does not fit as well. [Horprasert et al. 1999]
+// one, two or four pixels apart, I = s B, where the factor s varies linearly over the window [Horprasert et
+// al. 1999]. Where the plate has texture, an even colour must fit worse; where it has none but is saturated,
+// an even grey must. A shadow begins beside the background, and is no speck.
 void dropShadows(image::Mask& mask, const image::Image& photograph, const image::Image& plate,
                  const Comparison& comparison) {
-  constexpr int kReach = 2; // samples
+  constexpr int kReach = 2;             // samples
+  constexpr double kLeastShadow = 0.01; // of the mask's pixels
   const int width = mask.width, height = mask.height;
   const auto indexOf = [&](int x, int y) {
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
@@ -236,31 +237,33 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
     return factor > kDarkestShadow / 2 && factor < 1.5 && restAt(x, y, factor) < 3 * kShadowFit;
   };
   const auto fitAt = [&](int x, int y, int step) -> std::optional<Vec3<double>> {
-    SlopeFit plain;
-    double samples = 0, sum = 0;
-    windowAt(x, y, step, [&](int i, int j) {
-      for (size_t c = 0; c < 3; ++c) {
-        plain.add(i - x, j - y, 1, below(i, j, c), 1);
-        ++samples, sum += below(i, j, c);
-      }
-    });
-    const double contrast =
-        std::sqrt(plain.squaredResidual(plain.solution()) * samples) / std::max(sum, 1e-30);
-    if (!(contrast > kShadowContrast)) return std::nullopt;
     SlopeFit shade, gray;
+    std::array<SlopeFit, 3> even, plain; // of the photograph's and the plate's channels
+    double samples = 0, sum = 0, squares = 0;
     windowAt(x, y, step, [&](int i, int j) {
       for (size_t c = 0; c < 3; ++c) {
         const auto value = static_cast<double>(photograph.at(i, j)[c]);
-        shade.add(i - x, j - y, below(i, j, c), value, weightAt(i, j, c));
-        gray.add(i - x, j - y, 1, value, weightAt(i, j, c));
+        const double back = below(i, j, c), weight = weightAt(i, j, c);
+        shade.add(i - x, j - y, back, value, weight);
+        gray.add(i - x, j - y, 1, value, weight);
+        even[c].add(i - x, j - y, 1, value, weight);
+        plain[c].add(i - x, j - y, 1, back, weight);
+        ++samples, sum += back, squares += back * back;
       }
     });
     const Vec3<double> factor = shade.solution();
-    const double asShadow = shade.squaredResidual(factor), asGray = gray.squaredResidual(gray.solution());
-    const bool isShadow = factor[0] >= kDarkestShadow && factor[0] <= kBrightestShadow &&
-                          asShadow < kShadowFit * samples && asGray > asShadow + samples / 2;
-    return isShadow ? std::optional(factor) : std::nullopt;
+    const double asShadow = shade.least();
+    if (!(factor[0] >= kDarkestShadow && factor[0] <= kBrightestShadow && asShadow < kShadowFit * samples))
+      return std::nullopt;
+    double asEven = 0, texture = 0;
+    for (size_t c = 0; c < 3; ++c) asEven += even[c].least(), texture += plain[c].least();
+    if (factor[0] * factor[0] * texture > samples) // else the shadow would not show the texture
+      return asEven > asShadow + samples / 2 ? std::optional(factor) : std::nullopt;
+    const double saturation = std::sqrt(std::max(0.0, squares * samples - sum * sum)) / std::max(sum, 1e-30);
+    return saturation > kSaturated && gray.least() > asShadow + samples / 2 ? std::optional(factor)
+                                                                            : std::nullopt;
   };
+  image::Mask shadow(width, height);
   for (const int step : {1, 2, 4}) {
     std::vector<std::optional<Vec3<double>>> fits(mask.inside.size());
     tbb::parallel_for(0, height, [&](int y) {
@@ -269,16 +272,32 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
     });
     tbb::parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width; ++x) {
-        bool isShadow = false;
-        if (mask.inside[indexOf(x, y)])
-          windowAt(x, y, step, [&](int i, int j) {
-            const auto& fit = fits[indexOf(i, j)];
-            isShadow |= fit && restAt(x, y, fit->dot(Vec3<double>(1, x - i, y - j))) < 3 * kShadowFit;
-          });
-        if (isShadow) mask.inside[indexOf(x, y)] = 0;
+        if (!mask.inside[indexOf(x, y)] || shadow.inside[indexOf(x, y)]) continue;
+        windowAt(x, y, step, [&](int i, int j) {
+          const auto& fit = fits[indexOf(i, j)];
+          shadow.inside[indexOf(x, y)] |=
+              fit && restAt(x, y, fit->dot(Vec3<double>(1, x - i, y - j))) < 3 * kShadowFit;
+        });
       }
     });
   }
+  const auto isBeside = [&](size_t i) { // the background
+    const int x = static_cast<int>(i % static_cast<size_t>(width)),
+              y = static_cast<int>(i / static_cast<size_t>(width));
+    bool found = false;
+    for (int row = std::max(0, y - 1); row <= std::min(height - 1, y + 1); ++row)
+      for (int column = std::max(0, x - 1); column <= std::min(width - 1, x + 1); ++column)
+        found |= !mask.inside[indexOf(column, row)];
+    return found;
+  };
+  const auto pixels = std::ranges::count(mask.inside, uint8_t{1});
+  std::vector<image::Group> groups = image::groupsOf(shadow, 1, true);
+  std::erase_if(groups, [&](const image::Group& group) {
+    return static_cast<double>(group.pixels.size()) < kLeastShadow * static_cast<double>(pixels) ||
+           std::ranges::none_of(group.pixels, isBeside);
+  });
+  for (const image::Group& group : groups)
+    for (const size_t i : group.pixels) mask.inside[i] = 0;
 }
 
 } // namespace
@@ -509,6 +528,29 @@ std::optional<image::Image> fittedPlate(const image::Image& photograph, Rgb key)
     }
   });
   return plate;
+}
+
+double spillOf(const image::Image& photograph, const image::Mask& object, Rgb key) {
+  const auto chromaOf = [](Rgb color) {
+    const auto root = [](float value) { return std::sqrt(static_cast<double>(std::max(value, 0.f))); };
+    const Vec3<double> roots(root(color.r), root(color.g), root(color.b));
+    return Vec3<double>(roots - Vec3<double>::Constant(roots.mean()));
+  };
+  const Vec3<double> axis = chromaOf(key);
+  if (!(axis.squaredNorm() > 1e-3)) return 0;
+  const auto shareBetween = [&](int outer, int inner) -> std::optional<double> {
+    const image::Mask wide = image::eroded(object, outer), narrow = image::eroded(object, inner);
+    double sum = 0, pixels = 0;
+    for (size_t i = 0; i < wide.inside.size(); ++i) {
+      if (!wide.inside[i] || narrow.inside[i]) continue;
+      const float* color = &photograph.values[3 * i];
+      sum += chromaOf({color[0], color[1], color[2]}).dot(axis) / axis.squaredNorm();
+      ++pixels;
+    }
+    return pixels > 0 ? std::optional(sum / pixels) : std::nullopt;
+  };
+  const auto rim = shareBetween(1, 3), within = shareBetween(5, 9);
+  return rim && within ? *rim - *within : 0;
 }
 
 } // namespace surflect::calibration

@@ -44,13 +44,18 @@ private:
 // than a fifth of the border has the key colour.
 std::optional<image::Image> fittedPlate(const image::Image& photograph, Rgb key);
 
+// Spill: the key colour that an object's rim reflects, as a share of the key's chroma. It is the mean of the
+// pixels one to three inside of the outline beyond that of the pixels five to nine inside; 0 if the object is
+// thinner, or the key is gray. Chroma: the roots of the channels minus their mean.
+double spillOf(const image::Image& photograph, const image::Mask& object, Rgb key);
+
 // Subtraction.
 
 // Object pixels of a view by the majority of its photographs, each beside its plate. In a photograph a pixel
-// is object if it differs from the plate by more than noise, or from any shadow on it: a shadow is, in a
-// neighbourhood, the plate times 0.2 to 1.1. That is taken as a shadow only if the plate there has colour or
-// texture of a tenth of its brightness; shadows on an even grey background count as object. Photographs whose
-// pixel and plate are both dark do not vote.
+// is object if it differs from the plate by more than noise, and is no shadow on it: in its neighbourhood the
+// plate times 0.2 to 1.1, with the plate's texture, or where it has none, with its saturated hue. Shadows on
+// an even background of little colour count as object, and an object of an even screen's hue as shadow.
+// Photographs whose pixel and plate are both dark do not vote.
 class PlateVote {
 public:
   PlateVote(int width, int height);

@@ -288,11 +288,13 @@ TriangleMesh meshOf(ForeignCapture& source, const fs::path& given, const Progres
 // Findings about the masks, each on a list of views: at most 256 pixels a side are kept of a mask.
 class Judgement {
 public:
-  explicit Judgement(std::string way) : way_(std::move(way)) {}
+  Judgement(std::string way, bool isKeyed) : way_(std::move(way)), isKeyed_(isKeyed) {}
 
-  void add(const capture::View& view, const ViewMask& mask, bool isKeyed) {
+  // `spill`: the key's share of the object's rim.
+  void add(const capture::View& view, const ViewMask& mask, double spill) {
     constexpr int kSide = 256;
     constexpr double kEnclosed = 0.01; // of the object's pixels
+    constexpr double kSpill = 0.1;
     ++views_;
     if (mask.coverage.values.empty()) {
       without_.push_back(view.identity + " (" + mask.problem + ")");
@@ -314,7 +316,8 @@ public:
     least_ = std::min(least_, share), most_ = std::max(most_, share);
     if (touchesBorder) cropped_.push_back(view.identity);
     if (pieces > 1) inPieces_.push_back(view.identity + " (" + std::to_string(pieces) + ")");
-    if (isKeyed && hollow > kEnclosed) hollow_.push_back(view.identity + " (" + percent(hollow) + ")");
+    if (spill > kSpill) fringed_.push_back(view.identity + " (" + percent(spill) + ")");
+    if (isKeyed_ && hollow > kEnclosed) hollow_.push_back(view.identity + " (" + percent(hollow) + ")");
     const double scale = std::min(1.0, kSide / static_cast<double>(std::max(object.width, object.height)));
     const int width = std::max(1, static_cast<int>(std::lround(scale * object.width))),
               height = std::max(1, static_cast<int>(std::lround(scale * object.height)));
@@ -335,17 +338,22 @@ public:
                            counted(views_, "view") + "; the object fills " + percent(least_) +
                            (percent(least_) == percent(most_) ? "" : " to " + percent(most_)) +
                            " of the picture");
-    const auto warn = [&](const std::vector<std::string>& views, const std::string& text) {
+    const auto tell = [&](const char* severity, const std::vector<std::string>& views,
+                          const std::string& text) {
       if (!views.empty())
-        source.notes.push_back("warning: " + std::to_string(views.size()) + " of " + counted(views_, "view") +
+        source.notes.push_back(severity + std::to_string(views.size()) + " of " + counted(views_, "view") +
                                " " + text + ": " + firstNames(views));
     };
-    warn(without_, "could not be segmented and have no mask");
-    warn(cropped_, "have a mask that touches the picture's border, as of a cropped object, or of background "
-                   "in the mask");
-    warn(inPieces_, "have a mask in several pieces");
-    warn(hollow_,
-         "show the key colour within the object, as through a hole, or as an object of that colour does");
+    constexpr const char* warning = "warning: ";
+    tell(warning, without_, "could not be segmented and have no mask");
+    tell(warning, cropped_,
+         "have a mask that touches the picture's border, as of a cropped object, or of background in the "
+         "mask");
+    tell(warning, inPieces_, "have a mask in several pieces");
+    tell(warning, fringed_,
+         "have an object whose rim reflects the key colour; move the screen away, or shrink masks by "
+         "--mask-margin");
+    tell("", hollow_, "show the key colour within the object, through a hole, or because the object has it");
     if (againstHull && small_.size() > 1) compareWithHull(source, progress);
   }
 
@@ -384,9 +392,10 @@ private:
   }
 
   std::string way_;
+  bool isKeyed_;
   size_t views_ = 0;
   double least_ = 1, most_ = 0; // share of the picture
-  std::vector<std::string> without_, cropped_, inPieces_, hollow_;
+  std::vector<std::string> without_, cropped_, inPieces_, hollow_, fringed_;
   std::vector<hull::SilhouetteView> small_;
 };
 
@@ -432,9 +441,8 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
     key = border.color();
     way += ", " + hexOf(key) + " as in " + percent(border.share()) + " of the pictures' borders";
   }
-  Judgement judgement(way);
+  Judgement judgement(way, making.from == MaskMaking::From::key);
   image::Image plate;
-  std::vector<ViewMask> none;
   for (size_t v = 0; v < views.size(); ++v) {
     progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
     const std::vector<size_t>& frames = views[v];
@@ -475,7 +483,11 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
       mask.coverage = grown(mask.coverage, making.margin);
       if (!hasObject(mask.coverage)) mask = {{}, "the mask is empty"};
     }
-    judgement.add(capture.views[v], mask, making.from == MaskMaking::From::key);
+    const bool canSpill = making.from == MaskMaking::From::key && !mask.coverage.values.empty();
+    judgement.add(capture.views[v], mask,
+                  canSpill ? calibration::spillOf(radianceOfFrame(capture, frames[0]),
+                                                  image::objectMask(mask.coverage), key)
+                           : 0);
     if (mask.coverage.values.empty()) continue;
     const fs::path file = copies.replace(capture.frames[frames[0]].picture, "masks", mask.coverage);
     for (const size_t frame : frames) capture.frames[frame].mask = file;

@@ -176,8 +176,8 @@ void writeBeforeBackdrop(const std::vector<ForeignView>& views, Backdrop backdro
                      shade = backdrop == Backdrop::table ? shadeAt(right, down) : 1;
         for (size_t c = 0; c < 3; ++c) {
           const auto front = static_cast<double>(image::linearFromSrgb(object.at(x, y)[c]));
-          photograph.set(x, y, c, kBrighter * (alpha * front + (1 - alpha) * shade * behind[c]));
-          plate.set(x, y, c, behind[c]);
+          photograph.set(x, y, c, alpha * front + (1 - alpha) * shade * behind[c]);
+          plate.set(x, y, c, behind[c] / kBrighter);
         }
       }
     images.push_back({views[v].name + ".png", "PINHOLE", views[v].camera});

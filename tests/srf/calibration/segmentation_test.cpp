@@ -107,15 +107,23 @@ TEST(PlateVote, AnotherSceneIsNotCounted) {
             PlateVote::kExplained);
 }
 
-TEST(PlateVote, ShadowsOnColourAndTextureAreBackgroundButNotOnEvenGray) {
+TEST(PlateVote, ShadowsOnTextureAndOnSaturatedColourAreBackgroundButNotOnEvenGray) {
   const DiscScene scene;
   const auto overlap = [&](const image::Image& plate) {
     return image::intersectionOverUnion(
         subtractedMask(withNoise(scene.before(withShadow(plate)), 1), withNoise(plate, 2)), scene.mask());
   };
-  EXPECT_GT(overlap(backdrop(kBrown)), 0.97);
+  EXPECT_GT(overlap(backdrop(kGreen)), 0.97);
+  EXPECT_GT(overlap(backdrop(kBrown, 0.3)), 0.97);
   EXPECT_GT(overlap(backdrop(kGray, 0.3)), 0.97);
   EXPECT_LT(overlap(backdrop(kGray)), 0.6);
+}
+
+TEST(PlateVote, AnEvenObjectOfTheTablesHueIsNoShadowOnItsTexture) {
+  const DiscScene scene{.disc = {0.12f, 0.075f, 0.036f}};
+  const image::Image plate = backdrop(kBrown, 0.2);
+  const image::Mask mask = subtractedMask(withNoise(scene.before(plate), 1), withNoise(plate, 2));
+  EXPECT_GT(image::intersectionOverUnion(mask, scene.mask()), 0.95);
 }
 
 TEST(PlateVote, PhotographsUnderOtherLightsOutvoteTheShadowOfOne) {
@@ -168,6 +176,18 @@ TEST(FittedPlate, WhiteAndBlackAreKeysToo) {
 
 TEST(FittedPlate, NeedsTheKeyColourInTheBorder) {
   EXPECT_FALSE(fittedPlate(withNoise(DiscScene{}.before(backdrop(kBrown)), 1), kGreen));
+}
+
+TEST(Spill, IsTheKeyInTheRim) {
+  const DiscScene scene;
+  const image::Image photograph = scene.before(backdrop(kGreen));
+  EXPECT_NEAR(spillOf(photograph, scene.mask(), kGreen), 0, 0.02); // of outermost pixels
+  image::Image fringed = photograph;
+  const image::Mask mask = scene.mask(), inner = image::eroded(mask, 4);
+  for (size_t i = 0; i < inner.inside.size(); ++i)
+    if (mask.inside[i] && !inner.inside[i]) fringed.values[3 * i + 1] += 0.2f;
+  EXPECT_GT(spillOf(fringed, scene.mask(), kGreen), 0.1);
+  EXPECT_EQ(spillOf(fringed, scene.mask(), kGray), 0);
 }
 
 TEST(BorderColor, IsThatOfMostOfTheBorder) {
