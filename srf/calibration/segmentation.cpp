@@ -25,6 +25,7 @@ namespace {
 
 constexpr float kReadNoise = 0.004f;     // o, of the 99.5th percentile of luma
 constexpr float kLeastSigma = 0.002f;    // of the root of that percentile: half a step of 8 bits
+constexpr float kFittedSigma = 0.012f;   // of the same, of a fitted plate
 constexpr float kMostSigma = 0.04f;      // of the same: more is another scene
 constexpr float kDarkShare = 0.05f;      // of that percentile: darker pixels have no certain colour
 constexpr float kStrong = 16, kWeak = 5; // t of an object's pixels, and of those connected with them
@@ -65,6 +66,7 @@ double middleValue(std::vector<double>& values) {
 struct Comparison {
   std::array<float, 3> gain{1, 1, 1}, sigma{};
   float offset = 0;     // o
+  float dark = 0;       // luma of pixels that are background if the plate is as dark
   double explained = 0; // share of the border with t below 9
 
   float stable(float x) const { return std::sqrt(std::max(x, 0.f) + offset); }
@@ -74,6 +76,10 @@ struct Comparison {
     return deviation * deviation;
   }
   float deviation(std::span<const float> photograph, std::span<const float> plate) const {
+    const auto isDark = [&](std::span<const float> color) {
+      return image::luma({color[0], color[1], color[2]}) < dark;
+    };
+    if (isDark(photograph) && isDark(plate)) return 0;
     float sum = 0;
     for (size_t c = 0; c < 3; ++c) {
       const float d = (stable(photograph[c]) - stable(gain[c] * plate[c])) / sigma[c];
@@ -118,13 +124,15 @@ std::array<float, 3> gainOf(const image::Image& photograph, const image::Image& 
   return gain;
 }
 
-Comparison compare(const image::Image& photograph, const image::Image& plate) {
+Comparison compare(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
   // Third of the |x| of a normal distribution, in units of its deviation: two thirds of the border may
   // differ.
   constexpr double kNormalThird = 0.4307;
   Comparison comparison;
   const float top = std::max(topOf(plate), topOf(photograph));
   comparison.offset = kReadNoise * top;
+  if (kind == PlateKind::fitted) comparison.dark = kDarkShare * top;
+  const float least = (kind == PlateKind::fitted ? kFittedSigma : kLeastSigma) * std::sqrt(top);
   comparison.gain = gainOf(photograph, plate, top);
   for (size_t c = 0; c < 3; ++c) {
     std::vector<double> differences;
@@ -135,8 +143,8 @@ Comparison compare(const image::Image& photograph, const image::Image& plate) {
     });
     const auto third = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 3);
     std::ranges::nth_element(differences, third);
-    comparison.sigma[c] = std::clamp(static_cast<float>(*third / kNormalThird), kLeastSigma * std::sqrt(top),
-                                     kMostSigma * std::sqrt(top));
+    comparison.sigma[c] =
+        std::clamp(static_cast<float>(*third / kNormalThird), least, kMostSigma * std::sqrt(top));
   }
   size_t border = 0, near = 0;
   forBorder(photograph, [&](int x, int y) {
@@ -307,11 +315,11 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
 PlateVote::PlateVote(int width, int height)
     : shape_(width, height), object_(shape_.inside.size()), votes_(shape_.inside.size()) {}
 
-double PlateVote::add(const image::Image& photograph, const image::Image& plate) {
+double PlateVote::add(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
   constexpr float kVisible = 4; // sigma
   assert(photograph.width == shape_.width && photograph.height == shape_.height);
   assert(plate.width == shape_.width && plate.height == shape_.height);
-  const Comparison comparison = compare(photograph, plate);
+  const Comparison comparison = compare(photograph, plate, kind);
   if (comparison.explained < kExplained) return comparison.explained;
   std::vector<float> t(shape_.inside.size());
   for (size_t i = 0; i < t.size(); ++i)
@@ -354,9 +362,9 @@ EdgeCoverage::EdgeCoverage(image::Mask object)
     : object_(std::move(object)), core_(image::eroded(object_, 2)), middle_(image::eroded(object_, 1)),
       along_(object_.inside.size()), length_(object_.inside.size()) {}
 
-void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate) {
+void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
   constexpr int kReach = 4; // pixels
-  const Comparison comparison = compare(photograph, plate);
+  const Comparison comparison = compare(photograph, plate, kind);
   const int width = object_.width, height = object_.height;
   const auto meanOf = [&](const image::Mask& mask, int x, int y) -> std::optional<Vec3<double>> {
     Vec3<double> sum = Vec3<double>::Zero();

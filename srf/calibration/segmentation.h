@@ -51,6 +51,11 @@ double spillOf(const image::Image& photograph, const image::Mask& object, Rgb ke
 
 // Subtraction.
 
+// A fitted plate is known less exactly than a photographed one: noise then counts as 1.2 % of the root of the
+// 99.5th percentile at least, and pixels that are below a twentieth of that percentile in photograph and
+// plate are background.
+enum class PlateKind { photographed, fitted };
+
 // Object pixels of a view by the majority of its photographs, each beside its plate. In a photograph a pixel
 // is object if it differs from the plate by more than noise, and is no shadow on it: in its neighbourhood the
 // plate times 0.2 to 1.1, with the plate's texture, or where it has none, with its saturated hue. Shadows on
@@ -62,7 +67,7 @@ public:
 
   // Adds a photograph, whose exposure may differ from the plate's by up to a stop. Returns the share of the
   // border that the plate explains, 0..1; below kExplained, the photograph is not counted.
-  double add(const image::Image& photograph, const image::Image& plate);
+  double add(const image::Image& photograph, const image::Image& plate, PlateKind kind);
   static constexpr double kExplained = 0.25;
 
   // The largest group of pixels and every group of at least a tenth of it, without holes of less than a
@@ -83,7 +88,7 @@ class EdgeCoverage {
 public:
   explicit EdgeCoverage(image::Mask object);
 
-  void add(const image::Image& photograph, const image::Image& plate);
+  void add(const image::Image& photograph, const image::Image& plate, PlateKind kind);
   // One channel, 0..1.
   image::Image outcome() const;
 

@@ -183,20 +183,23 @@ private:
 // Mask of a view by subtraction. `plateOf(frame, photograph)`: the plate, or null.
 template <class PlateOf>
 ViewMask subtracted(const capture::Capture& capture, std::span<const size_t> frames,
-                    const std::string& without, const PlateOf& plateOf, const Progress& progress) {
+                    calibration::PlateKind kind, const std::string& without, const PlateOf& plateOf,
+                    const Progress& progress) {
   const capture::Lens& lens = capture.views[capture.frames[frames[0]].view].camera.lens;
   std::vector<size_t> chosen, counted;
   for (const size_t i : evenlySpaced(frames.size(), kMostLights)) chosen.push_back(frames[i]);
   calibration::PlateVote vote(lens.width, lens.height);
   double explained = 0;
   bool isAny = false;
+  image::Image photograph;
+  const image::Image* plate = nullptr;
   for (const size_t frame : chosen) {
     progress.checkpoint();
-    const image::Image photograph = radianceOfFrame(capture, frame);
-    const image::Image* plate = plateOf(capture.frames[frame], photograph);
+    photograph = radianceOfFrame(capture, frame);
+    plate = plateOf(capture.frames[frame], photograph);
     if (!plate) continue;
     isAny = true;
-    const double share = vote.add(photograph, *plate);
+    const double share = vote.add(photograph, *plate, kind);
     explained = std::max(explained, share);
     if (share >= calibration::PlateVote::kExplained) counted.push_back(frame);
   }
@@ -208,8 +211,11 @@ ViewMask subtracted(const capture::Capture& capture, std::span<const size_t> fra
   calibration::EdgeCoverage edges(object);
   for (const size_t frame : counted) {
     progress.checkpoint();
-    const image::Image photograph = radianceOfFrame(capture, frame);
-    edges.add(photograph, *plateOf(capture.frames[frame], photograph));
+    if (chosen.size() > 1) { // else they are at hand
+      photograph = radianceOfFrame(capture, frame);
+      plate = plateOf(capture.frames[frame], photograph);
+    }
+    edges.add(photograph, *plate, kind);
   }
   return {edges.outcome(), ""};
 }
@@ -338,22 +344,18 @@ public:
                            counted(views_, "view") + "; the object fills " + percent(least_) +
                            (percent(least_) == percent(most_) ? "" : " to " + percent(most_)) +
                            " of the picture");
-    const auto tell = [&](const char* severity, const std::vector<std::string>& views,
-                          const std::string& text) {
+    const auto tell = [&](const std::string& text, const std::vector<std::string>& views) {
       if (!views.empty())
-        source.notes.push_back(severity + std::to_string(views.size()) + " of " + counted(views_, "view") +
-                               " " + text + ": " + firstNames(views));
+        source.notes.push_back(text + " in " + std::to_string(views.size()) + " of " +
+                               counted(views_, "view") + ": " + firstNames(views));
     };
-    constexpr const char* warning = "warning: ";
-    tell(warning, without_, "could not be segmented and have no mask");
-    tell(warning, cropped_,
-         "have a mask that touches the picture's border, as of a cropped object, or of background in the "
-         "mask");
-    tell(warning, inPieces_, "have a mask in several pieces");
-    tell(warning, fringed_,
-         "have an object whose rim reflects the key colour; move the screen away, or shrink masks by "
-         "--mask-margin");
-    tell("", hollow_, "show the key colour within the object, through a hole, or because the object has it");
+    tell("warning: no mask could be made", without_);
+    tell("warning: the mask touches the picture's border, as of a cropped object or of background", cropped_);
+    tell("warning: the mask is in several pieces", inPieces_);
+    tell("warning: the object's rim reflects the key colour (move the screen away, or shrink masks by "
+         "--mask-margin)",
+         fringed_);
+    tell("the key colour shows within the object, through a hole or because the object has it,", hollow_);
     if (againstHull && small_.size() > 1) compareWithHull(source, progress);
   }
 
@@ -386,9 +388,9 @@ private:
       return;
     }
     if (!odd.empty())
-      source.notes.push_back("warning: masks of " + std::to_string(odd.size()) + " of " +
-                             counted(small_.size(), "view") +
-                             " differ from the visual hull of all: " + firstNames(odd));
+      source.notes.push_back("warning: the mask differs from the visual hull of all in " +
+                             std::to_string(odd.size()) + " of " + counted(small_.size(), "view") + ": " +
+                             firstNames(odd));
   }
 
   std::string way_;
@@ -457,7 +459,7 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
       break;
     case MaskMaking::From::plate:
       mask = subtracted(
-          capture, frames, "there is no plate of its name",
+          capture, frames, calibration::PlateKind::photographed, "there is no plate of its name",
           [&](const capture::Frame& frame, const image::Image&) -> const image::Image* {
             const auto file = plates->of(frame);
             return file ? &plates->read(*file, frame) : nullptr;
@@ -466,7 +468,7 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
       break;
     case MaskMaking::From::key:
       mask = subtracted(
-          capture, frames, "less than 20 % of its border have the key colour",
+          capture, frames, calibration::PlateKind::fitted, "less than 20 % of its border have the key colour",
           [&](const capture::Frame&, const image::Image& photograph) -> const image::Image* {
             auto fitted = calibration::fittedPlate(photograph, key);
             if (!fitted) return nullptr;
