@@ -271,20 +271,23 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
     return saturation > kSaturated && gray.least() > asShadow + samples / 2 ? std::optional(factor)
                                                                             : std::nullopt;
   };
+  const Vec3<float> none = Vec3<float>::Zero(); // no shadow
   image::Mask shadow(width, height);
   for (const int step : {1, 2, 4}) {
-    std::vector<std::optional<Vec3<double>>> fits(mask.inside.size());
+    std::vector<Vec3<float>> fits(mask.inside.size(), none);
     tbb::parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width; ++x)
-        if (mask.inside[indexOf(x, y)] && isPossible(x, y)) fits[indexOf(x, y)] = fitAt(x, y, step);
+        if (mask.inside[indexOf(x, y)] && isPossible(x, y))
+          if (const auto fit = fitAt(x, y, step)) fits[indexOf(x, y)] = fit->cast<float>();
     });
     tbb::parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width; ++x) {
         if (!mask.inside[indexOf(x, y)] || shadow.inside[indexOf(x, y)]) continue;
         windowAt(x, y, step, [&](int i, int j) {
-          const auto& fit = fits[indexOf(i, j)];
-          shadow.inside[indexOf(x, y)] |=
-              fit && restAt(x, y, fit->dot(Vec3<double>(1, x - i, y - j))) < 3 * kShadowFit;
+          const Vec3<float>& fit = fits[indexOf(i, j)];
+          const auto factor = static_cast<double>(
+              fit.dot(Vec3<float>(1, static_cast<float>(x - i), static_cast<float>(y - j))));
+          shadow.inside[indexOf(x, y)] |= fit[0] > 0 && restAt(x, y, factor) < 3 * kShadowFit;
         });
       }
     });
@@ -400,13 +403,24 @@ void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate
 image::Image EdgeCoverage::outcome() const {
   constexpr double kCertain = 25; // |F - B|^2 in units of sigma^2
   constexpr double kRest = 0.05;  // alpha that noise and texture give
-  image::Image coverage(object_.width, object_.height, 1);
-  for (size_t i = 0; i < coverage.values.size(); ++i) {
-    coverage.values[i] = object_.inside[i];
+  image::Image raw(object_.width, object_.height, 1);
+  for (size_t i = 0; i < raw.values.size(); ++i) {
+    raw.values[i] = object_.inside[i];
     if (object_.inside[i] && length_[i] > kCertain)
-      coverage.values[i] =
+      raw.values[i] =
           static_cast<float>(std::clamp((along_[i] / length_[i] - kRest) / (1 - 2 * kRest), 0.0, 1.0));
   }
+  image::Image coverage = raw;
+  for (int y = 1; y + 1 < raw.height; ++y)
+    for (int x = 1; x + 1 < raw.width; ++x) {
+      const size_t i = static_cast<size_t>(y) * static_cast<size_t>(raw.width) + static_cast<size_t>(x);
+      if (!object_.inside[i] || core_.inside[i]) continue;
+      std::array<float, 9> near;
+      for (size_t k = 0; k < near.size(); ++k)
+        near[k] = raw.at(x - 1 + static_cast<int>(k % 3), y - 1 + static_cast<int>(k / 3))[0];
+      std::ranges::nth_element(near, near.begin() + 4);
+      coverage.values[i] = near[4];
+    }
   return coverage;
 }
 

@@ -89,7 +89,8 @@ public:
   explicit EdgeCoverage(image::Mask object);
 
   void add(const image::Image& photograph, const image::Image& plate, PlateKind kind);
-  // One channel, 0..1.
+  // One channel, 0..1; near the outline the median of 3 x 3 pixels, as an object's pixel may have the plate's
+  // colour. Lines of one pixel are lost.
   image::Image outcome() const;
 
 private:
