@@ -111,10 +111,11 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       ->check(wholeIn(1, 1000000000));
   CLI::Option* maskFrom =
       command
-          ->add_option("--mask-from", arguments->maskFrom,
-                       "make masks: brightness:SHARE of the view's 99.5th percentile, linear; "
-                       "plate:PICTURE or plate:FOLDER of the empty scene; key of the pictures' borders, "
-                       "key:#rrggbb or key:r,g,b; mesh, or mesh:FILE")
+          ->add_option(
+              "--mask-from", arguments->maskFrom,
+              "make masks: brightness:SHARE of the view's 99.5th percentile, linear; plate:PICTURE or "
+              "plate:FOLDER of the empty scene; key: a background of the borders' colour, or key:#rrggbb, key:r,g,b; mesh "
+              "beside the source, or mesh:FILE")
           ->check([](const std::string& text) -> std::string {
             try {
               importers::parseMaskMaking(text);
