@@ -114,7 +114,8 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
           ->add_option(
               "--mask-from", arguments->maskFrom,
               "make masks: brightness:SHARE of the view's 99.5th percentile, linear; plate:PICTURE or "
-              "plate:FOLDER of the empty scene; key: a background of the borders' colour, or key:#rrggbb, key:r,g,b; mesh "
+              "plate:FOLDER of the empty scene; key: a background of the borders' colour, or key:#rrggbb, "
+              "key:r,g,b; mesh "
               "beside the source, or mesh:FILE")
           ->check([](const std::string& text) -> std::string {
             try {
