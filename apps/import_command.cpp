@@ -25,7 +25,8 @@ struct ImportArguments {
   std::vector<double> flash;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
-  double fieldOfViewDegrees = 0, maskThreshold = 0;
+  std::string maskFrom;
+  double fieldOfViewDegrees = 0, maskMargin = 0;
   importers::ImportOptions options;
 };
 
@@ -115,13 +116,31 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       ->add_option("--test-every", options.testEvery,
                    "hold out each Nth camera, or light where there is one view")
       ->check(wholeIn(1, 1000000000));
-  CLI::Option* threshold =
+  CLI::Option* maskFrom =
       command
-          ->add_option("--mask-threshold", arguments->maskThreshold,
-                       "make masks: brighter than this share of the view's 99.5th percentile, linear")
-          ->check(finiteIn(0, 1));
+          ->add_option(
+              "--mask-from", arguments->maskFrom,
+              "make masks: brightness:SHARE of the view's 99.5th percentile, linear; plate:PICTURE or "
+              "plate:FOLDER of the empty scene; key: a background of the borders' colour, or key:#rrggbb, "
+              "key:r,g,b; mesh "
+              "beside the source, or mesh:FILE")
+          ->check([](const std::string& text) -> std::string {
+            try {
+              importers::parseMaskMaking(text);
+              return "";
+            } catch (const Error& error) {
+              return error.what();
+            }
+          })
+          ->option_text("brightness:SHARE, plate:PATH, key[:COLOR] or mesh[:FILE]");
+  command
+      ->add_option("--mask-margin", arguments->maskMargin,
+                   "pixels by which made masks grow; negative: shrink, as against fringes of the background")
+      ->capture_default_str()
+      ->check(finiteIn(-100, 100))
+      ->needs(maskFrom);
   command->add_flag("--invert-masks", options.invertMasks, "of the source: black is the object, not white")
-      ->excludes(threshold);
+      ->excludes(maskFrom);
   command->add_flag("--fix-premult", options.fixPremult,
                     "of PNG with alpha: their colours are multiplied by it, and are divided");
   CLI::Option* colorSpace =
@@ -142,7 +161,10 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     importers::ImportOptions& chosen = arguments->options;
     if (*format) chosen.format = arguments->format;
     if (*fieldOfView) chosen.litView.fieldOfView = Angle::fromDegrees(arguments->fieldOfViewDegrees);
-    if (*threshold) chosen.maskThreshold = arguments->maskThreshold;
+    if (*maskFrom) {
+      chosen.masks = importers::parseMaskMaking(arguments->maskFrom);
+      chosen.masks->margin = arguments->maskMargin;
+    }
     if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
     chosen.images = arguments->images;
     chosen.lights = arguments->lights;

@@ -77,6 +77,34 @@ std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region) {
   return nearest;
 }
 
+std::vector<Group> groupsOf(const Mask& mask, uint8_t value, bool diagonally) {
+  const int width = mask.width, height = mask.height;
+  std::vector<uint8_t> seen(mask.inside.size());
+  std::vector<Group> groups;
+  for (size_t start = 0; start < seen.size(); ++start) {
+    if (seen[start] || mask.inside[start] != value) continue;
+    Group& group = groups.emplace_back();
+    group.pixels.push_back(start);
+    seen[start] = 1;
+    for (size_t next = 0; next < group.pixels.size(); ++next) {
+      const int x = static_cast<int>(group.pixels[next] % static_cast<size_t>(width)),
+                y = static_cast<int>(group.pixels[next] / static_cast<size_t>(width));
+      group.touchesBorder |= x == 0 || y == 0 || x == width - 1 || y == height - 1;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          if ((!diagonally && dx != 0 && dy != 0) || x + dx < 0 || y + dy < 0 || x + dx >= width ||
+              y + dy >= height)
+            continue;
+          const size_t i = static_cast<size_t>(y + dy) * static_cast<size_t>(width) + (x + dx);
+          if (seen[i] || mask.inside[i] != value) continue;
+          seen[i] = 1;
+          group.pixels.push_back(i);
+        }
+    }
+  }
+  return groups;
+}
+
 double intersectionOverUnion(const Mask& a, const Mask& b) {
   assert(a.width == b.width && a.height == b.height);
   size_t both = 0, either = 0;

@@ -28,6 +28,13 @@ Mask eroded(const Mask& mask, int n);
 // For each pixel of `region`, the index of the pixel of `seeds` with the shortest 8-connected path through
 // the region. A pixel without such a path, or outside of the region, gets its own index.
 std::vector<size_t> nearestSeeds(const Mask& seeds, const Mask& region);
+// Connected pixels of one value.
+struct Group {
+  std::vector<size_t> pixels;
+  bool touchesBorder = false;
+};
+// Groups of the pixels whose `inside` is `value`, 8-connected if `diagonally`, otherwise 4-connected.
+std::vector<Group> groupsOf(const Mask& mask, uint8_t value, bool diagonally);
 // |a and b| / |a or b|; 1 for two empty masks.
 double intersectionOverUnion(const Mask& a, const Mask& b);
 

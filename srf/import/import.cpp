@@ -10,6 +10,7 @@
 #include "srf/image/image_file.h"
 #include "srf/import/calibrate.h"
 #include "srf/import/colmap.h"
+#include "srf/import/made_masks.h"
 #include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
 #include "srf/import/output_folder.h"
@@ -438,12 +439,6 @@ void decodePictures(ForeignCapture& source, bool multipliedIsKnown, const Progre
                            " several parts " + text + ": " + firstNames(names));
 }
 
-std::vector<std::vector<size_t>> framesOfViews(const capture::Capture& capture) {
-  std::vector<std::vector<size_t>> frames(capture.views.size());
-  for (size_t f = 0; f < capture.frames.size(); ++f) frames[capture.frames[f].view].push_back(f);
-  return frames;
-}
-
 // Moves the origin to the middle of a scene that is too far from 0 for float positions.
 void bringNear(ForeignCapture& source) {
   const auto origin = capture::nearerOrigin(source.capture);
@@ -458,16 +453,14 @@ void bringNear(ForeignCapture& source) {
 // ---------------------------------------------------------------------------------------------------------
 // Calibration.
 
-// Object mask of a view from the source's masks; empty if there are none.
+// Object mask of a view by its mask; empty if it has none.
 std::optional<image::Mask> objectByMatte(const capture::Capture& capture, size_t frame) {
   const capture::Photograph photograph = std::move(capture::readPhotographs(capture, {&frame, 1}).front());
   if (!photograph.hasMatte) return std::nullopt;
   return image::objectMask(photograph.alpha);
 }
 
-// `masks` by threshold: one per view, or empty.
-void estimateStrengths(ForeignCapture& source, const std::vector<image::Mask>& masks, bool unevenly,
-                       const Progress& progress) {
+void estimateStrengths(ForeignCapture& source, bool unevenly, const Progress& progress) {
   capture::Capture& capture = source.capture;
   const auto isDirectional = [](const capture::Light& light) {
     return std::holds_alternative<capture::DirectionalLight>(light.kind);
@@ -480,7 +473,7 @@ void estimateStrengths(ForeignCapture& source, const std::vector<image::Mask>& m
   }
   std::vector<size_t> frames(capture.frames.size());
   for (size_t f = 0; f < frames.size(); ++f) frames[f] = f;
-  std::optional<image::Mask> object = masks.empty() ? objectByMatte(capture, 0) : masks[0];
+  std::optional<image::Mask> object = objectByMatte(capture, 0);
   if (!object) object = objectOfView(capture, frames, kStrengthThreshold, progress);
   const StrengthEstimate estimate = strengthsInView(capture, frames, *object, unevenly, progress);
   if (estimate.lights.empty()) { // a flat object or few lights: import anyway
@@ -510,32 +503,7 @@ void dropMasks(ForeignCapture& source) {
   }
   if (!masks.empty())
     source.notes.push_back(counted(masks.size(), "mask") + " of the source " +
-                           (masks.size() == 1 ? "is" : "are") + " not used: --mask-threshold makes others");
-}
-
-// One mask per view; empty for views with poor silhouettes.
-std::vector<image::Mask> masksByThreshold(ForeignCapture& source, double threshold,
-                                          const Progress& progress) {
-  const auto views = framesOfViews(source.capture);
-  std::vector<image::Mask> masks(views.size());
-  size_t poor = 0;
-  for (size_t v = 0; v < views.size(); ++v) {
-    progress("masks", static_cast<double>(v) / static_cast<double>(views.size()));
-    if (source.poorSilhouettes.contains(source.capture.frames[views[v][0]].picture))
-      ++poor;
-    else
-      masks[v] = objectOfView(source.capture, views[v], threshold, progress);
-  }
-  if (poor == views.size())
-    throw Error("the source lists no good silhouette, so no mask can be made by threshold")
-        .in(source.files.root);
-  if (poor > 0)
-    source.notes.push_back(std::to_string(views.size() - poor) + " of " + std::to_string(views.size()) +
-                           " views have masks by threshold; silhouettes of the others are not good, as the "
-                           "source's list says");
-  source.capture.calibration["masks"] = "by threshold, " + std::to_string(std::lround(1000 * threshold)) +
-                                        " thousandths of the 99.5th percentile of each view";
-  return masks;
+                           (masks.size() == 1 ? "is" : "are") + " not used: --mask-from makes others");
 }
 
 } // namespace
@@ -607,7 +575,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   ForeignCapture source = readSource(sourcePath, report.format, options);
   if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
-  if (options.maskThreshold) dropMasks(source);
+  if (options.masks) dropMasks(source);
   if (options.colorSpace) {
     capture.colorSpace = options.colorSpace;
     capture.response.reset();
@@ -617,14 +585,14 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   } catch (Error& e) {
     throw std::move(e).in(sourcePath);
   }
-  if (report.format != ImportFormat::lights && !options.maskThreshold) {
+  if (report.format != ImportFormat::lights && !options.masks) {
     if (source.maskFolders.empty()) source.maskFolders = maskFoldersIn(source.files.root);
     findMasks(source);
   }
   fitLenses(source, progress);
   decodePictures(source, options.fixPremult, progress);
   noteUnused(source, report.format == ImportFormat::colmap);
-  if (!options.maskThreshold) noteMasks(source, options.invertMasks, progress);
+  if (!options.masks) noteMasks(source, options.invertMasks, progress);
   bringNear(source);
   Copies copies(source.files.root, folder.temporaryPath());
   if (options.invertMasks) invertMasks(capture, copies, progress); // calibration below uses the masks
@@ -635,11 +603,10 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     capture.calibration["response"] = "recovered from exposure brackets";
   }
   source.notes.push_back(colorsTaken(capture, progress));
-  std::vector<image::Mask> masks;
-  if (options.maskThreshold) masks = masksByThreshold(source, *options.maskThreshold, progress);
-  estimateStrengths(source, masks, options.unevenLights, progress);
+  if (options.masks) makeMasks(source, *options.masks, copies, progress);
+  estimateStrengths(source, options.unevenLights, progress);
 
-  copyFiles(capture, masks, copies, progress);
+  copyFiles(capture, copies, progress);
   capture::writeCapture(capture, folder.temporaryPath());
   progress("copying", 1);
   folder.commit();

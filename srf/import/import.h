@@ -8,6 +8,7 @@
 #include "srf/import/foreign_capture.h"
 #include "srf/import/lamps.h"
 #include "srf/import/lit_view.h"
+#include "srf/import/made_masks.h"
 #include "surfel/base/time.h"
 
 #include <cstdint>
@@ -47,12 +48,12 @@ struct ImportOptions {
   std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
   std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
-  LampOptions lamps;                   // lights of photographs whose poses come without them
-  std::vector<std::string> test;       // cameras and lights to hold out, in addition to the source's
-  size_t testEvery = 0;                // hold out each Nth camera, or light if there is one view; 0: none
-  std::optional<double> maskThreshold; // makes masks by threshold, replacing the source's
-  bool invertMasks = false;            // the source's masks are black on the object
-  bool fixPremult = false;             // the source's PNG have colours that are multiplied by alpha
+  LampOptions lamps;               // lights of photographs whose poses come without them
+  std::vector<std::string> test;   // cameras and lights to hold out, in addition to the source's
+  size_t testEvery = 0;            // hold out each Nth camera, or light if there is one view; 0: none
+  std::optional<MaskMaking> masks; // makes masks, replacing the source's
+  bool invertMasks = false;        // the source's masks are black on the object
+  bool fixPremult = false;         // the source's PNG have colours that are multiplied by alpha
   std::optional<capture::ColorSpace> colorSpace; // of all pictures, overriding the source
   bool unevenLights = false;                     // estimates gradients together with unknown strengths
   bool recoverResponse = false;                  // estimates the camera's response from exposure brackets

@@ -68,12 +68,6 @@ void Copies::count(const fs::path& written) { bytes_ += fs::file_size(output_ / 
 
 namespace {
 
-image::Image imageOf(const image::Mask& mask) {
-  image::Image image(mask.width, mask.height, 1);
-  std::ranges::copy(mask.inside, image.values.begin());
-  return image;
-}
-
 image::Image inverted(image::Image coverage) {
   for (float& value : coverage.values) value = 1 - value;
   return coverage;
@@ -122,20 +116,11 @@ void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& pr
   }
 }
 
-void copyFiles(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
-               const Progress& progress) {
-  std::vector<fs::path> maskOf(capture.views.size());
+void copyFiles(capture::Capture& capture, Copies& copies, const Progress& progress) {
   for (size_t f = 0; f < capture.frames.size(); ++f) {
     capture::Frame& frame = capture.frames[f];
     progress("copying", static_cast<double>(f) / static_cast<double>(capture.frames.size()));
-    if (!masks.empty()) {
-      fs::path& mask = maskOf[frame.view];
-      if (mask.empty() && !masks[frame.view].inside.empty())
-        mask = copies.writePng(frame.picture, "masks", imageOf(masks[frame.view]));
-      frame.mask = mask;
-    } else if (!frame.mask.empty()) {
-      frame.mask = copies.copy(frame.mask, "masks", progress);
-    }
+    if (!frame.mask.empty()) frame.mask = copies.copy(frame.mask, "masks", progress);
     frame.picture = copies.copy(frame.picture, "images", progress);
     for (capture::Exposure& exposure : frame.further)
       exposure.picture = copies.copy(exposure.picture, "images", progress);

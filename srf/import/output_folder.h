@@ -3,7 +3,6 @@
 
 #include "srf/capture/capture.h"
 #include "srf/image/image.h"
-#include "srf/image/mask.h"
 #include "surfel/base/time.h"
 
 #include <cstdint>
@@ -12,7 +11,6 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace surflect::importers {
 
@@ -56,10 +54,8 @@ void invertMasks(capture::Capture& capture, Copies& copies, const Progress& prog
 // Throws Error for a picture that is not a PNG of 8 bits in sRGB.
 void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& progress);
 
-// Copies all files, and changes the capture's paths to those of the copies. `masks` replace those of the
-// source: one per view, or none at all.
-void copyFiles(capture::Capture& capture, const std::vector<image::Mask>& masks, Copies& copies,
-               const Progress& progress);
+// Copies all files, and changes the capture's paths to those of the copies.
+void copyFiles(capture::Capture& capture, Copies& copies, const Progress& progress);
 
 // Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); otherwise removed by the
 // destructor. First removes what a killed process has left for the same target. The target must not exist, or

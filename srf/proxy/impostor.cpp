@@ -68,7 +68,7 @@ Impostor hullOf(const capture::Capture& training, hull::Silhouette silhouette, c
                                              : "background (nothing is below half of white)") +
                                         "; the first is " + *matte;
     throw Error("several views, but " + found +
-                ": give a mesh with --mesh, or masks (surflect import --mask-threshold makes them)")
+                ": give a mesh with --mesh, or masks (surflect import --mask-from makes them)")
         .in(training.file);
   }
   try {

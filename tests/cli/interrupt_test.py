@@ -125,7 +125,7 @@ class Interrupt(TestInFolder):
         write_small_capture(source, cameras=8, lights=7)
 
         def arguments(name):
-            return ["import", source, "-o", self.folder / "imported" / name, "--mask-threshold", "0.1"]
+            return ["import", source, "-o", self.folder / "imported" / name, "--mask-from", "brightness:0.1"]
 
         begin = time.monotonic()
         succeed(*arguments("whole"))

@@ -5,7 +5,7 @@ import zlib
 
 
 def read_png(path):
-    """Pixels, (r, g, b, a) each, of an 8-bit RGBA picture."""
+    """Pixels of an 8-bit picture: (r, g, b, a) of RGBA, (gray,) of gray."""
     data, at, packed = path.read_bytes(), 8, b""
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at:at + 8])
@@ -15,18 +15,20 @@ def read_png(path):
         elif kind == b"IDAT":
             packed += chunk
         at += 12 + length
-    if (depth, color) != (8, 6):
-        raise AssertionError(f"{path} is not 8-bit RGBA")
-    rows, stride = zlib.decompress(packed), 4 * width
+    if (depth, color) not in ((8, 0), (8, 6)):
+        raise AssertionError(f"{path} is neither 8-bit RGBA nor gray")
+    channels = 4 if color == 6 else 1
+    rows, stride = zlib.decompress(packed), channels * width
     above, pixels = bytearray(stride), []
     for y in range(height):
         start = y * (stride + 1)
         row, kind = bytearray(rows[start + 1:start + 1 + stride]), rows[start]
         for i in range(stride):
-            a, b, c = row[i - 4] if i >= 4 else 0, above[i], above[i - 4] if i >= 4 else 0
+            left = i - channels
+            a, b, c = row[left] if left >= 0 else 0, above[i], above[left] if left >= 0 else 0
             paeth = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
             row[i] = (row[i] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
-        pixels += zip(row[0::4], row[1::4], row[2::4], row[3::4])
+        pixels += zip(*(row[c::channels] for c in range(channels)))
         above = row
     return pixels
 

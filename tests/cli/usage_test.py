@@ -27,7 +27,7 @@ class Usage(unittest.TestCase):
         for arguments in ([], ["paint"], ["pack"], ["pack", "capture"], ["render", "film.toml"], ["inspect"],
                           ["evaluate", "model.srf"], ["inspect", "model.srf", "--loud"],
                           ["import"], ["import", "source"], ["import", "source", "-o", "out", "--format", "avi"],
-                          ["import", "source", "-o", "out", "--mask-threshold", "2"],
+                          ["import", "source", "-o", "out", "--mask-from", "brightness:2"], ["import", "source", "-o", "out", "--mask-margin", "2"],
                           ["import", "source", "-o", "out", "--color-space", "linear", "--recover-response"],
                           ["capture", "stage.toml"],
                           ["capture", "stage.toml", "-o", "out", "--surfels", "5"],
@@ -73,7 +73,7 @@ class Usage(unittest.TestCase):
         imported, packed = ["import", "source", "-o", "out"], ["pack", "capture", "-o", "model.srf"]
         rendered, captured = ["render", "film.toml", "-o", "frames"], ["capture", "stage.toml", "-o", "out"]
         evaluated = ["evaluate", "model.srf", "capture"]
-        for command, option in ((imported, "--height"), (imported, "--fov"), (imported, "--mask-threshold"),
+        for command, option in ((imported, "--height"), (imported, "--fov"), ([*imported, "--mask-from", "key"], "--mask-margin"),
                                 (packed, "--tolerance"), (rendered, "--scale"), (rendered, "--low-pass"),
                                 (evaluated, "--low-pass"), ([*evaluated, "--script", "film.toml"], "--frame"),
                                 ([*captured, "--script", "film.toml"], "--frame")):

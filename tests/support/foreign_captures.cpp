@@ -7,7 +7,11 @@
 #include "surfel/base/file.h"
 #include "tests/support/foreign_formats.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <random>
 
 namespace surflect {
 
@@ -77,6 +81,41 @@ void write(const fs::path& path, const image::Image& image) {
   image::writePng(path, image);
 }
 
+// Linear light of the backdrop of a view.
+std::array<double, 3> backdropAt(Backdrop backdrop, double phase, double x, double y) {
+  if (backdrop == Backdrop::screen) {
+    const double light = 1 - 0.4 * std::hypot(x - 0.3, y - 0.2);
+    return {0.05 * light, 0.42 * light, 0.09 * light};
+  }
+  const double grain = 1 + 0.3 * std::sin(90 * y + 3 * std::sin(7 * x + phase)) * std::cos(31 * x + phase) +
+                       0.15 * std::sin(140 * x - 55 * y + 5 * phase);
+  const double light = grain * (0.6 + 0.4 * x);
+  return {0.42 * light, 0.27 * light, 0.15 * light};
+}
+
+// Share of light that the object's shadow leaves, on the table beside it.
+double shadeAt(double x, double y) {
+  const double distance = std::hypot((x - 0.68) / 0.22, (y - 0.72) / 0.1);
+  return 1 - 0.55 * std::clamp(2 - 2 * distance, 0.0, 1.0);
+}
+
+// Picture of 8 bits with noise that is equally large at the root of every value.
+class NoisyPicture {
+public:
+  NoisyPicture(int width, int height, unsigned seed) : image(width, height, 3), random_(seed) {}
+  void set(int x, int y, size_t channel, double linear) {
+    const double root = std::sqrt(std::max(0.0, linear)) + noise_(random_);
+    image.at(x, y)[channel] =
+        std::min(1.f, image::srgbFromLinear(static_cast<float>(root > 0 ? root * root : 0)));
+  }
+
+  image::Image image;
+
+private:
+  std::mt19937 random_;
+  std::normal_distribution<double> noise_{0, 0.006};
+};
+
 } // namespace
 
 std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, size_t first, size_t every) {
@@ -120,6 +159,34 @@ void writeColmap(const std::vector<ForeignView>& views, const fs::path& folder, 
     write(model / "cameras.txt", colmapCamerasText(images));
     write(model / "images.txt", colmapImagesText(images));
   }
+}
+
+void writeBeforeBackdrop(const std::vector<ForeignView>& views, Backdrop backdrop, const fs::path& folder) {
+  constexpr double kBrighter = 1.06;
+  std::vector<ColmapImage> images;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const image::Image& object = views[v].underAll;
+    NoisyPicture photograph(object.width, object.height, static_cast<unsigned>(2 * v)),
+        plate(object.width, object.height, static_cast<unsigned>(2 * v + 1));
+    for (int y = 0; y < object.height; ++y)
+      for (int x = 0; x < object.width; ++x) {
+        const double right = (x + 0.5) / object.width, down = (y + 0.5) / object.height;
+        const auto behind = backdropAt(backdrop, static_cast<double>(v), right, down);
+        const double alpha = static_cast<double>(object.at(x, y)[3]),
+                     shade = backdrop == Backdrop::table ? shadeAt(right, down) : 1;
+        for (size_t c = 0; c < 3; ++c) {
+          const auto front = static_cast<double>(image::linearFromSrgb(object.at(x, y)[c]));
+          photograph.set(x, y, c, alpha * front + (1 - alpha) * shade * behind[c]);
+          plate.set(x, y, c, behind[c] / kBrighter);
+        }
+      }
+    images.push_back({views[v].name + ".png", "PINHOLE", views[v].camera});
+    write(folder / "images" / images.back().name, photograph.image);
+    write(folder / "plates" / images.back().name, plate.image);
+    write(folder / "truth" / images.back().name, alphaOf(object));
+  }
+  write(folder / "sparse/0/cameras.txt", colmapCamerasText(images));
+  write(folder / "sparse/0/images.txt", colmapImagesText(images));
 }
 
 void writeNerfstudio(const std::vector<ForeignView>& views, const fs::path& folder) {

@@ -35,6 +35,16 @@ void writeRelighting(const std::vector<ForeignView>& views, const std::filesyste
 // vase_par.txt, RGB over black without masks.
 void writeMiddlebury(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
 
+// Backgrounds of photographs without masks.
+enum class Backdrop {
+  table, // brown, with texture, another for each view; the object's shadow lies on it
+  screen // green, unevenly lit
+};
+// COLMAP's text; photographs with noise before a backdrop, 6 % brighter than its plates, which are in
+// plates/. The objects' alphas are in truth/.
+void writeBeforeBackdrop(const std::vector<ForeignView>& views, Backdrop backdrop,
+                         const std::filesystem::path& folder);
+
 // Mistakes: poses that are y up where the mesh is z up, and lamps mirrored in y.
 std::vector<ForeignView> withYUp(std::vector<ForeignView> views);
 std::vector<ForeignView> withMirroredLamps(std::vector<ForeignView> views);

@@ -15,6 +15,8 @@ int main(int argc, char** argv) try {
   auto views = photographedByOthers(capture, 0, 3);
   writeColmap(views, folder / "colmap-text", false);
   writeColmap(views, folder / "colmap-binary", true);
+  writeBeforeBackdrop(views, Backdrop::table, folder / "before-table");
+  writeBeforeBackdrop(views, Backdrop::screen, folder / "before-screen");
   views = photographedByOthers(capture, 1, 3);
   writeNerfstudio(views, folder / "nerfstudio");
   writeNerfstudio(withYUp(views), folder / "wrong-axes");

@@ -25,7 +25,7 @@ protected:
     options.lights = folder / "in" / lights;
     options.colorSpace = capture::ColorSpace::linear;
     options.litView.height = 2;
-    options.maskThreshold = 0.08;
+    options.masks = MaskMaking{.threshold = 0.08};
     options.test = {"Image_06", "Image_09", "Image_12"};
     importCapture(folder / "in", folder / lights, options);
     capture::Capture got = capture::readCapture(folder / lights);

@@ -73,7 +73,7 @@ TEST_F(Dome, StrengthsOfLightsAreEstimatedFromTestPhotographsToo) {
   ImportOptions options;
   options.testEvery = 4;
   for (const bool withMask : {false, true}) {
-    if (withMask) options.maskThreshold = 0.05;
+    if (withMask) options.masks = MaskMaking{.threshold = 0.05};
     const capture::Capture capture = imported(options);
     EXPECT_TRUE(capture.calibration.contains("light_strengths"));
     double mean = 0;
@@ -112,7 +112,7 @@ TEST_F(Dome, HowLightsThatTrainFallOffIsEstimatedWhenAsked) {
 
 TEST_F(Dome, MasksByThresholdAreTheObject) {
   ImportOptions options;
-  options.maskThreshold = 0.05;
+  options.masks = MaskMaking{.threshold = 0.05};
   const capture::Capture capture = imported(options);
   for (const capture::Frame& frame : capture.frames) EXPECT_EQ(frame.mask, capture.frames[0].mask);
   const image::Image mask = image::readPng(folder / "out" / capture.frames[0].mask).image;
@@ -137,7 +137,7 @@ TEST_F(Dome, InvertedMasksAreTurnedBeforeStrengthsAreEstimated) {
 
 TEST_F(Dome, TheOutputIsWhatTheReportSays) {
   ImportOptions options;
-  options.maskThreshold = 0.05;
+  options.masks = MaskMaking{.threshold = 0.05};
   options.test = {"p3", "p5"};
   const ImportReport report = importCapture(folder / "source", folder / "out", options);
   EXPECT_EQ(report.format, ImportFormat::lights);
@@ -178,7 +178,7 @@ TEST_F(Dome, HowColoursAreTakenIsSaid) {
 
 TEST_F(Dome, TheSameSourceGivesTheSameBytes) {
   ImportOptions options;
-  options.maskThreshold = 0.05;
+  options.masks = MaskMaking{.threshold = 0.05};
   importCapture(folder / "source", folder / "a", options);
   importCapture(folder / "source", folder / "b", options);
   ASSERT_EQ(filesIn(folder / "a"), filesIn(folder / "b"));

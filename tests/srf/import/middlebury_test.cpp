@@ -104,20 +104,20 @@ TEST_F(Middlebury, ARoundedRotationIsSaidAndAScaledOneRefused) {
 TEST_F(Middlebury, OnlyGoodSilhouettesBecomeMasksByThreshold) {
   read(whole());
   ImportOptions options;
-  options.maskThreshold = 0.05;
+  options.masks = MaskMaking{.threshold = 0.05};
   EXPECT_EQ(importCapture(folder / "ring_par.txt", folder / "all", options).masks, 4u);
   image::writeBytes(folder / "ring_good_silhouette_images.txt", "ring1.png\nring3.png\nring7.png\n");
   const ImportReport report = importCapture(folder / "ring_par.txt", folder / "good", options);
   EXPECT_EQ(report.masks, 2u);
   EXPECT_TRUE(std::ranges::any_of(report.notes, [](const std::string& note) {
-    return note.starts_with("2 of 4 views have masks by threshold");
+    return note.starts_with("masks by brightness for 2 of 4 views");
   }));
   for (const capture::Frame& frame : capture::readCapture(folder / "good").frames)
     EXPECT_EQ(frame.mask.empty(), frame.picture == "images/ring0.png" || frame.picture == "images/ring2.png");
   image::writeBytes(folder / "ring_good_silhouette_images.txt", "ring7.png\n");
   EXPECT_NE(image::errorOf([&] {
               importCapture(folder / "ring_par.txt", folder / "none", options);
-            }).find("lists no good silhouette"),
+            }).find("could be segmented: ring0 (its silhouette is not good"),
             std::string::npos);
 }
 

@@ -366,13 +366,13 @@ TEST_F(Transforms, MasksOfTheSourceNeedNotBeRightWhereOthersAreMade) {
   json["frames"][0]["mask_path"] = "masks/a.png";
   write("transforms.json", json);
   ImportOptions options;
-  options.maskThreshold = 0.5;
+  options.masks = MaskMaking{.threshold = 0.5};
   writePicture(folder / "masks/a.png", 16, 11);
   for (const bool readable : {true, false}) {
     if (!readable) image::writeBytes(folder / "masks/a.png", "no picture");
     std::filesystem::remove_all(folder / "out");
     const std::vector<std::string> notes = importCapture(folder.path(), folder / "out", options).notes;
-    EXPECT_EQ(notes.at(0), "1 mask of the source is not used: --mask-threshold makes others");
+    EXPECT_EQ(notes.at(0), "1 mask of the source is not used: --mask-from makes others");
     const std::filesystem::path mask = capture::readCapture(folder / "out").frames[0].mask;
     EXPECT_EQ(image::readPictureSize(folder / "out" / mask), (image::PictureSize{16, 12}));
   }

@@ -93,7 +93,7 @@ TEST_F(Vase, ComesThroughRelightingSetsWithItsLamps) {
 TEST_F(Vase, ComesThroughMiddleburyWithMasksByThreshold) {
   writeMiddlebury(views(), folder / "in");
   ImportOptions options;
-  options.maskThreshold = 0.003;
+  options.masks = MaskMaking{.threshold = 0.003};
   const capture::Capture capture = imported(options);
   expectTheSamePixels(capture);
   EXPECT_EQ(findingsIn(capture), "");

@@ -178,7 +178,7 @@ TEST_F(ImpostorOf, SeveralViewsWithoutMattesIsAnErrorWithBothWaysOut) {
   studio.matte = false;
   const std::string error = image::errorOf([&] { impostorOf(photographed(), {}, {}); });
   EXPECT_NE(error.find("--mesh"), std::string::npos);
-  EXPECT_NE(error.find("--mask-threshold"), std::string::npos);
+  EXPECT_NE(error.find("--mask-from"), std::string::npos);
   EXPECT_NE(error.find("transforms.json"), std::string::npos);
 }
 
