@@ -409,7 +409,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
 void addRenderCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "render a film: the frames of a script, or a turn-table");
-  command->footer("Example: surflect render examples/film.toml -o frames/ --frames 1-12 --scale 0.5\n"
+  command->footer("Example: surflect render examples/vase.toml -o frames/ --frames 1-12 --scale 0.5\n"
                   "         surflect render vase.srf -o frames/ --preset preview");
   command
       ->add_option("script", arguments->script,

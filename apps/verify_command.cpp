@@ -214,7 +214,7 @@ void addVerifyCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<VerifyArguments>();
   CLI::App* command =
       app.add_subcommand("verify", "check a model and the frames of a script against the contract");
-  command->footer("Example: surflect verify vase.srf examples/film.toml --capture examples/vase -o report/");
+  command->footer("Example: surflect verify vase.srf examples/vase.toml --capture examples/vase -o report/");
   command->add_option("model", arguments->model, "a packed model")->required();
   command->add_option("script", arguments->script, "TOML: frames to check, too");
   command->add_option("-o,--output", arguments->output, "folder for a page with a picture a frame")

@@ -146,7 +146,7 @@ void addViewCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command =
       app.add_subcommand("view", "look at models in a browser: move camera, lamps and warps by hand");
   command->footer("Example: surflect view vase.srf\n"
-                  "         surflect view examples/film.toml --capture examples/vase -o snapshots/\n"
+                  "         surflect view examples/vase.toml --capture examples/vase -o snapshots/\n"
                   "From another machine: ssh -L 8080:127.0.0.1:8080 HOST surflect view vase.srf --port 8080");
   command
       ->add_option("target", arguments->targets,

@@ -33,7 +33,7 @@ constexpr int kRepeatsOfKnob = 2;   // of a knob alone
 constexpr double kSavingStep = 1.3; // by which the least saving of a swept value grows
 
 struct Arguments {
-  std::vector<std::string> scripts{"examples/film.toml", "examples/cat.toml", "bench/control/zoom.toml"};
+  std::vector<std::string> scripts{"examples/vase.toml", "examples/cat.toml", "bench/control/zoom.toml"};
   std::vector<double> tolerances{0.01, 0.02, 0.05};
   int frames = 100, sweeps = 2;
   size_t settings = 150;

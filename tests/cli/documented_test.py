@@ -196,7 +196,7 @@ class Documented(TestInFolder):
         cls.named("vase.vdtm", "fern.vdtm")
         cls.named("vase.olfm", "fern.olfm")
         (cls.tiny / "film.toml").write_text(FILM.format(model=cls.tiny / "vase.srf") + LIGHT + WARP)
-        cls.named("film.toml", "SCRIPT.toml", "bend.toml", "shot.toml", "cat.toml", "demo/film.toml", "examples/film.toml")
+        cls.named("film.toml", "SCRIPT.toml", "bend.toml", "shot.toml", "cat.toml", "demo/film.toml", "examples/vase.toml")
         (cls.tiny / "warp.toml").write_text(WARP)
         cls.named("warp.toml", "vase-cycles/warp.toml")
         cls.named("lights.toml", "L")

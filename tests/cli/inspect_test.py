@@ -82,7 +82,7 @@ class Overlay(TestInFolder):
         for path, kind, fact in ((EXAMPLES / "environments/studio.exr", "a picture", ("samples", "floating point")),
                                  (EXAMPLES / "vase/vase.ply", "a mesh", ("triangles", 126912)),
                                  (EXAMPLES / "warps/rig.glb", "a mesh in glTF, whose y axis points up", ("vertices", 161)),
-                                 (EXAMPLES / "film.toml", "a script", ("warps", 2)),
+                                 (EXAMPLES / "vase.toml", "a script", ("warps", 2)),
                                  (EXAMPLES / "stages/vase.toml", "a stage", ("objects", 4))):
             with self.subTest(path=path):
                 report = succeed("inspect", path)
