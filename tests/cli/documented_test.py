@@ -160,10 +160,12 @@ class Documented(TestInFolder):
         par.with_name("templeSR_par.txt").write_bytes(par.read_bytes())
         par.unlink()
         cls.write_lamps(foreign / "nerfstudio", cls.tiny / "stage")
-        lights = json.loads((CAT / "transforms.json").read_text())["lights"]
+        lights = json.loads((CAT / "transforms.json").read_text())["lights"][:4]
         directions = "".join("{:.6f} {:.6f} {:.6f}\n".format(*light["direction"]) for light in lights)
         for folder, photographs in (("psbox-cat", "psbox-cat"), ("psmImages", "psmImages/cat")):
-            shutil.copytree(CAT / "images", cls.tiny / photographs)
+            (cls.tiny / photographs).mkdir(parents=True)
+            for light in lights:
+                shutil.copy(CAT / f"images/{light['name']}.png", cls.tiny / photographs)
             (cls.tiny / folder / "lights.txt").write_text(directions)
         (cls.tiny / "cat").symlink_to(CAT)
         (cls.tiny / "examples/cat").symlink_to(CAT)
@@ -231,8 +233,10 @@ class Documented(TestInFolder):
             extra = [] if "--frames" in asked else ["--frames", "1-1"]
             extra += [] if "--scale" in asked else ["--scale", "0.1"]
             extra += ["--every", "100"]
-        if command == "capture" and "--pack" in asked and "--surfels" not in asked:
-            extra = ["--surfels", "1000"]
+        if command == "capture" and "--pack" in asked:
+            extra = ["--tables", "off", *([] if "--surfels" in asked else ["--surfels", "1000"])]
+        if command == "inspect" and "--overlay" in asked and "--max-frames" not in asked:
+            extra = ["--max-frames", "2"]
         if command == "chart":
             extra = ["--rounds", "1", "--frames", "1"]
         return [*words[1:], *extra]
