@@ -152,10 +152,12 @@ class Documented(TestInFolder):
             cls.named("stage.toml", f"examples/stages/{stage.name}")
         foreign = cls.folder / "foreign"
         subprocess.run([os.environ["WRITE_FOREIGN_CAPTURES"], VASE, foreign], check=True)
-        (foreign / "colmap-text/images_4").symlink_to("images")
-        for name, kind in (("SOURCE", "nerfstudio"), ("lego", "nerfstudio"), ("garden", "colmap-text"), ("walk", "colmap-binary"),
-                           ("FurBall", "nrhints"), ("templeSparseRing", "middlebury")):
+        (foreign / "before-table/images_4").symlink_to("images")
+        for name, kind in (("SOURCE", "nerfstudio"), ("lego", "nerfstudio"), ("garden", "before-table"), ("empty", "before-table/plates"), ("walk", "colmap-binary"),
+                           ("FurBall", "nrhints"), ("templeSparseRing", "middlebury"), ("turntable", "before-screen"), ("studio", "before-screen")):
             (cls.tiny / name).symlink_to(foreign / kind)
+        (cls.tiny / "empty.png").symlink_to(next((foreign / "before-screen/plates").iterdir()))
+        (cls.tiny / "object.ply").symlink_to(VASE / "vase.ply")
         par = next((foreign / "middlebury").glob("*_par.txt"))
         par.with_name("templeSR_par.txt").write_bytes(par.read_bytes())
         par.unlink()
