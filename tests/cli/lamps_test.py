@@ -47,7 +47,8 @@ material = "glaze"
 radius = 0.15
 position = [-0.6, 0, 0.3]
 """
-MIRROR_BALL = """
+BALL = (0.1, -0.1, 0.05)
+MIRROR_BALL = f"""
 [[material]]
 name = "chrome"
 type = "conductor"
@@ -57,7 +58,7 @@ alpha = 0.02
 type = "sphere"
 material = "chrome"
 radius = 1
-position = [0.1, -0.1, 0.05]
+position = {list(BALL)}
 """
 DISTANCE = 5
 FLASH = (0.25, 0.35, -0.1)
@@ -209,6 +210,25 @@ class Lamps(TestInFolder):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("mirror ball of radius ", result.stderr)
         self.assertLess(max(self.offs(out)), 0.03) # 0.015
+
+    def test_directions_of_one_view_are_found_by_a_mirror_ball(self):
+        out = self.folder / "front"
+        succeed("import", self.folder / "object/C000", "-o", out, "--chrome-ball", self.folder / "ball/C000", "--fov", "28")
+        camera = json.loads((self.folder / "ball/transforms.json").read_text())["frames"][0]["transform_matrix"]
+
+        def unit(v):
+            return [x / math.hypot(*v) for x in v]
+
+        for name, light in lights_of(out).items():
+            # In the camera's axes, from the ball's centre; the ball reflects where its normal is between lamp and camera.
+            lamp, eye = ([sum(camera[row][axis] * (place[row] - BALL[row]) for row in range(3)) for axis in range(3)]
+                         for place in (self.truth[name]["position"], [row[3] for row in camera[:3]]))
+            view = unit(eye)
+            for _ in range(5):
+                normal = unit([a + b for a, b in zip(view, light["direction"])])
+                view = unit([a - b for a, b in zip(eye, normal)])
+            towards = unit([a - b for a, b in zip(lamp, normal)])
+            self.assertLess(math.degrees(math.dist(towards, light["direction"])), 0.8, name) # 0.42
 
     def test_mistakes_are_named(self):
         for arguments, code, problem in (
