@@ -93,7 +93,8 @@ std::optional<capture::Pixel> highlightOf(const image::Image& luminance, const i
     const size_t i = open.back();
     open.pop_back();
     const int x = static_cast<int>(i % width), y = static_cast<int>(i / width);
-    const double weight = static_cast<double>(luminance.values[i]);
+    // Pixels that come in as the threshold falls come in with weight 0.
+    const double weight = static_cast<double>(luminance.values[i] - 0.5f * most);
     sumX += weight * (x + 0.5);
     sumY += weight * (y + 0.5);
     weights += weight;

@@ -69,6 +69,7 @@ struct Observations {
   std::vector<ShadedPoint> shades; // by point, without shadows
   std::vector<PointShades> points;
   std::vector<int> part; // of each of `points`
+  Vec3<double> middle;
 };
 
 // Shades relative to the mean of their lamp, which may be dim, tell shadows: darker than most of the point's
@@ -86,17 +87,16 @@ Observations observationsOf(const ShadedSurface& surface, size_t lamps) {
   };
   for (const ShadedPoint& shade : surface.shades)
     brightest[shade.point] = std::max(brightest[shade.point], relative(shade));
-  Observations all{surface, {}, {}, {}};
+  Observations all{surface, {}, {}, {}, middleOf(surface)};
   for (const ShadedPoint& shade : surface.shades)
     if (relative(shade) > kShadowed * brightest[shade.point]) all.shades.push_back(shade);
   std::ranges::stable_sort(all.shades, {}, &ShadedPoint::point);
-  const Vec3<double> middle = middleOf(surface);
   for (size_t first = 0; first < all.shades.size();) {
     size_t end = first;
     while (end < all.shades.size() && all.shades[end].point == all.shades[first].point) ++end;
     const uint32_t point = all.shades[first].point;
     all.points.push_back({point, first, end});
-    const Vec3<double> from = surface.points[point] - middle;
+    const Vec3<double> from = surface.points[point] - all.middle;
     all.part.push_back((from.x() > 0) + 2 * (from.y() > 0) + 4 * (from.z() > 0));
     first = end;
   }
@@ -180,6 +180,21 @@ Equations equationsAt(const Observations& all, const Unknowns& unknowns, double 
   return equations;
 }
 
+// Step that moves no lamp by more than half of its distance from the surface: the place of a far lamp would
+// pass through infinity to the other side.
+Unknowns limited(const Observations& all, const Unknowns& unknowns, Unknowns step) {
+  std::vector<bool> isDone(static_cast<size_t>(unknowns.size()) / 4);
+  for (const LampPhotograph& photograph : all.surface.photographs) {
+    if (isDone[photograph.lamp]) continue;
+    isDone[photograph.lamp] = true;
+    const auto at = static_cast<Eigen::Index>(4 * photograph.lamp);
+    const Vec3<double> from = photograph.turn * unknowns.segment<3>(at) + photograph.shift - all.middle;
+    const double length = step.segment<3>(at).norm(), most = from.norm() / 2;
+    if (length > most) step.segment<4>(at) *= most / length;
+  }
+  return step;
+}
+
 // Levenberg's and Marquardt's iterations with a scale of residuals that follows their median.
 Unknowns refined(const Observations& all, Unknowns unknowns, int withoutPart, const Progress& progress,
                  Equations* last = nullptr) {
@@ -194,8 +209,9 @@ Unknowns refined(const Observations& all, Unknowns unknowns, int withoutPart, co
     Eigen::MatrixXd matrix = now.matrix;
     const double ridge = kRidge * matrix.diagonal().mean();
     matrix.diagonal() += damping * matrix.diagonal() + Eigen::VectorXd::Constant(matrix.rows(), ridge);
-    const Eigen::VectorXd step = matrix.ldlt().solve(now.right);
-    if (!step.allFinite()) break;
+    const Unknowns solved = matrix.ldlt().solve(now.right);
+    if (!solved.allFinite()) break;
+    const Unknowns step = limited(all, unknowns, solved);
     Equations next = equationsAt(all, unknowns + step, scale, withoutPart);
     // Costs are compared per shade, because the accepted ones change.
     const auto perShade = [](const Equations& e) {
@@ -230,8 +246,21 @@ std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const 
   const Observations all = observationsOf(surface, guesses.size());
   Unknowns start = Unknowns::Zero(static_cast<Eigen::Index>(4 * guesses.size()));
   for (size_t l = 0; l < guesses.size(); ++l) start.segment<3>(static_cast<Eigen::Index>(4 * l)) = guesses[l];
+  // First guesses of the strengths: as bright as the lamps' photographs are.
+  std::vector<double> sums(guesses.size()), counts(guesses.size());
+  for (const ShadedPoint& shade : all.shades) {
+    const size_t lamp = surface.photographs[shade.photograph].lamp;
+    sums[lamp] += static_cast<double>(shade.luminance);
+    ++counts[lamp];
+  }
+  for (size_t l = 0; l < guesses.size(); ++l)
+    if (counts[l] > 0) start[static_cast<Eigen::Index>(4 * l + 3)] = std::log(sums[l] / counts[l]);
   Equations last;
   const Unknowns found = refined(all, start, -1, progress, &last);
+  std::vector<double>& residuals = last.residuals;
+  const auto half = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::ranges::nth_element(residuals, half);
+  const double misfit = *half;
   // Delete-a-group jackknife over parts of the surface, whose errors hang together.
   std::vector<Unknowns> without;
   for (int part = 0; part < kParts; ++part) {
@@ -254,28 +283,35 @@ std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const 
     lamp.place = found.segment<3>(at);
     lamp.strength = std::exp(found[at + 3] - meanLogarithm);
     lamp.shades = last.shadesOf[l];
-    // Distance from the object in the first photograph of the lamp.
+    lamp.misfit = misfit;
+    // From the middle of the object, in the first photograph of the lamp.
     const auto photograph = std::ranges::find(surface.photographs, l, &LampPhotograph::lamp);
-    const auto distanceOf = [&](const Unknowns& unknowns) {
-      return (photograph->turn * unknowns.segment<3>(at) + photograph->shift - middle).norm();
+    if (photograph == surface.photographs.end() || without.size() < 2) {
+      lamp.standardErrors.setConstant(std::numeric_limits<double>::infinity());
+      lamp.errorOfDistance = lamp.errorOfDirection = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    const auto fromMiddle = [&](const Unknowns& unknowns) -> Vec3<double> {
+      return photograph->turn * unknowns.segment<3>(at) + photograph->shift - middle;
     };
-    const double distance = photograph == surface.photographs.end() ? 1 : distanceOf(found);
-    Vec3<double> mean = Vec3<double>::Zero();
-    double meanDistance = 0;
+    Vec3<double> mean = Vec3<double>::Zero(), meanDirection = Vec3<double>::Zero();
+    double meanInverse = 0; // 1 / distance hardly changes for a lamp that is far away
     for (const Unknowns& one : without) {
       mean += one.segment<3>(at) / parts;
-      if (photograph != surface.photographs.end()) meanDistance += distanceOf(one) / parts;
+      meanDirection += fromMiddle(one).normalized() / parts;
+      meanInverse += 1 / (fromMiddle(one).norm() * parts);
     }
     Vec3<double> squares = Vec3<double>::Zero();
-    double squaresOfDistance = 0;
+    double squaresOfInverse = 0, squaresOfDirection = 0;
     for (const Unknowns& one : without) {
       squares += (one.segment<3>(at) - mean).cwiseAbs2();
-      if (photograph != surface.photographs.end())
-        squaresOfDistance += std::pow(distanceOf(one) - meanDistance, 2);
+      squaresOfDirection += (fromMiddle(one).normalized() - meanDirection).squaredNorm();
+      squaresOfInverse += std::pow(1 / fromMiddle(one).norm() - meanInverse, 2);
     }
-    const double factor = parts > 1 ? (parts - 1) / parts : std::numeric_limits<double>::infinity();
+    const double factor = (parts - 1) / parts;
     lamp.standardErrors = (factor * squares).cwiseSqrt();
-    lamp.errorOfDistance = std::sqrt(factor * squaresOfDistance) / distance;
+    lamp.errorOfDirection = std::sqrt(factor * squaresOfDirection);
+    lamp.errorOfDistance = std::sqrt(factor * squaresOfInverse) * fromMiddle(found).norm();
   }
   return places;
 }

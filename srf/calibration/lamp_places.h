@@ -44,10 +44,12 @@ struct ShadedSurface {
 struct LampPlace {
   Vec3<double> place;          // in the lamp's axes
   Vec3<double> standardErrors; // of its coordinates, by leaving out parts of the surface
-  double errorOfDistance =
-      0;               // standard error of the distance from the middle of the points over the distance
+  // From the middle of the points, in the first photograph: standard errors of 1 / distance over 1 /
+  // distance, and of the direction in radians.
+  double errorOfDistance = 0, errorOfDirection = 0;
   double strength = 1; // intensity relative to the other lamps; 1 if there is one
   size_t shades = 0;   // number that the fit accepts
+  double misfit = 0;   // median over all lamps' shades of |log(shown / fitted)|
 };
 
 // Places of all lamps, from the given first guesses (#lamps). Shades near mirror direction, grazing and dark

@@ -290,6 +290,7 @@ constexpr double kOpen = 0.03;            // share of the mesh in what a point s
 constexpr double kReach = 0.05;           // of the mesh's size, around a point within its pixels
 constexpr double kInside = 0.99;          // alpha around a point
 constexpr float kClipped = 0.98f;         // of white, in pictures of integers
+constexpr double kFits = 0.15;            // median of |log(shown / fitted)|
 constexpr double kCertainPlace = 0.05;    // largest standard error of a flash over its distance
 constexpr double kCertainDistance = 0.25; // largest standard error of a lamp's distance over itself
 constexpr double kCertainDirection = 0.1; // radians
@@ -474,6 +475,14 @@ std::string percentText(double share) {
   return text;
 }
 
+// Throws Error where the photographs are not those of a surface of this shape.
+void requireFit(const calibration::LampPlace& lamp) {
+  if (!(lamp.misfit <= kFits))
+    throw Error::mismatch("shades that a Lambert surface of the mesh's shape fits to " + percentText(kFits) +
+                              " or better (is it the object's mesh?)",
+                          percentText(lamp.misfit));
+}
+
 void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surface, const Progress& progress) {
   const Vec3<double> atCamera = Vec3<double>::Zero();
   const calibration::LampPlace flash = calibration::lampPlaces(surface, std::span(&atCamera, 1), progress)[0];
@@ -488,6 +497,7 @@ void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surfac
   const std::string found = tripleText(flash.place) + " from the camera, standard errors " +
                             tripleText(flash.standardErrors) + ", " + percentText(error) +
                             " of its distance from the object";
+  requireFit(flash);
   if (!(error <= kCertainPlace))
     throw Error::mismatch("a standard error of at most " + percentText(kCertainPlace) +
                               ": more cameras around the object, or --flash X Y Z",
@@ -496,8 +506,9 @@ void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surfac
   capture.lights.clear();
   lightByFlash(source, flash.place, true);
   capture.calibration["lights"] = "a flash, estimated from shading at " + found;
-  source.notes.push_back("flash found from shading at " + found + "; by " + counted(flash.shades, "shade") +
-                         " in " + counted(surface.photographs.size(), "photograph"));
+  source.notes.push_back("flash found from shading at " + found + "; fits " + counted(flash.shades, "shade") +
+                         " to " + percentText(flash.misfit) + " in " +
+                         counted(surface.photographs.size(), "photograph"));
 }
 
 void placeInWorld(ForeignCapture& source, const calibration::ShadedSurface& surface,
@@ -515,39 +526,35 @@ void placeInWorld(ForeignCapture& source, const calibration::ShadedSurface& surf
   for (const calibration::LampPlace& one : lamps)
     irradiance += one.strength / (one.place - middle).squaredNorm() / static_cast<double>(lamps.size());
   size_t far = 0;
-  double worstPlace = 0, worstDirection = 0;
+  double worstPlace = 0;
   std::vector<std::string> poor;
   for (size_t l = 0; l < lamps.size(); ++l) {
     const calibration::LampPlace& one = lamps[l];
     const Vec3<double> from = one.place - middle;
     const double distance = from.norm();
-    // Standard error across the direction towards the lamp.
-    const Vec3<double> across = one.standardErrors - one.standardErrors.dot(from.cwiseAbs() / distance) *
-                                                         (from.cwiseAbs() / distance);
-    const double turned = across.norm() / distance;
-    if (!(turned <= kCertainDirection) || one.shades < kFewestShades) {
+    if (!(one.errorOfDirection <= kCertainDirection) || one.shades < kFewestShades) {
       poor.push_back(capture.lights[l].name);
       continue;
     }
-    worstDirection = std::max(worstDirection, turned);
     const bool isFar = !(one.errorOfDistance <= kCertainDistance);
     far += isFar;
-    if (!isFar) worstPlace = std::max(worstPlace, one.standardErrors.norm() / distance);
+    if (!isFar) worstPlace = std::max(worstPlace, std::hypot(one.errorOfDistance, one.errorOfDirection));
     const double strength = one.strength / irradiance;
     capture.lights[l] = lamp(capture.lights[l].name, isFar ? from : one.place, !isFar,
                              static_cast<float>(isFar ? strength / (distance * distance) : strength));
   }
   if (!poor.empty())
-    throw Error::mismatch("directions to " + percentText(kCertainDirection) +
-                              " of a radian: more cameras, or " + "--lights with a table",
-                          "photographs that do not tell them for " + counted(poor.size(), "lamp") + " (" +
-                              firstNames(poor) + ")");
+    throw Error("the photographs do not tell where " + counted(poor.size(), "lamp") + " of " +
+                std::to_string(lamps.size()) + " stood, to a tenth of a radian (" + firstNames(poor) +
+                "): more cameras, or a table");
+  requireFit(lamps[0]);
   const std::string found =
       counted(lamps.size() - far, "lamp") + " at places" +
       (far < lamps.size() ? ", to " + percentText(worstPlace) + " of their distance (standard error)" : "") +
       (far > 0 ? ", and " + counted(far, "lamp") + " as directions, too far away for a place" : "");
   capture.calibration["lights"] = "estimated from shading: " + found;
-  source.notes.push_back("found from shading: " + found + "; strengths are relative");
+  source.notes.push_back("found from shading: " + found + "; shades fit to " + percentText(lamps[0].misfit) +
+                         ", strengths are relative");
 }
 
 } // namespace
