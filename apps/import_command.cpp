@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cmath>
 #include <map>
 #include <memory>
 
@@ -21,8 +23,8 @@ const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture
                                                               {"srgb", capture::ColorSpace::srgb}};
 
 struct ImportArguments {
-  std::string source, output, images, lights;
-  std::vector<double> flash;
+  std::string source, output, images, mesh, lights, chromeBall;
+  std::vector<std::string> flash;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
   std::string maskFrom;
@@ -34,6 +36,30 @@ template <class Value> std::vector<std::string> namesIn(const std::map<std::stri
   std::vector<std::string> names;
   for (const auto& [name, value] : words) names.push_back(name);
   return names;
+}
+
+// Reads the values of --flash: "auto", or three numbers.
+void readFlash(const std::vector<std::string>& words, importers::LampOptions& lamps) {
+  if (words.empty()) return;
+  if (words.size() == 1 && words[0] == "auto") {
+    lamps.findFlash = true;
+    return;
+  }
+  Vec3<double> at;
+  size_t numbers = 0;
+  for (const std::string& word : words) {
+    const char* const end = word.data() + word.size();
+    double value = 0;
+    const auto [rest, problem] = std::from_chars(word.data(), end, value);
+    if (problem == std::errc() && rest == end && std::isfinite(value))
+      at[static_cast<int>(numbers++)] = value;
+  }
+  if (words.size() != 3 || numbers != 3) {
+    std::string found;
+    for (const std::string& word : words) found += (found.empty() ? "" : " ") + word;
+    throw UsageError(Error::mismatch("three numbers X Y Z, or auto", found).at("--flash"));
+  }
+  lamps.flash = at;
 }
 
 std::string nameOf(importers::ImportFormat format) {
@@ -81,7 +107,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
   command->add_option("--lights", arguments->lights,
                       "light file of a folder of photographs: .lp, or \"x y z\" lines or columns; beside "
-                      "--pattern \"name x y z\" lines");
+                      "--pattern \"name x y z\" lines, or auto: from the shading of the mesh");
+  command->add_option("--mesh", arguments->mesh, "the object's mesh (PLY or OBJ), in the world of the poses")
+      ->check(notEmpty());
   CLI::Option* pattern =
       command
           ->add_option(
@@ -92,10 +120,23 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   command
       ->add_option(
           "--flash", arguments->flash,
-          "each photograph is lit from the camera: place of the flash, right, up and backwards, scene units")
-      ->expected(3)
-      ->option_text("X Y Z")
+          "each photograph is lit from the camera: place of the flash, right, up and backwards, scene units; "
+          "or auto: from the shading of the mesh")
+      ->expected(1, 3)
+      ->option_text("X Y Z | auto")
       ->excludes(pattern);
+  command
+      ->add_option("--lamp-images", options.lamps.lampImages,
+                   "beside --pattern: names of registered pictures that were taken where a lamp stands, "
+                   "lamps/{light}.jpg")
+      ->check(notEmpty())
+      ->needs(pattern);
+  command
+      ->add_option(
+          "--chrome-ball", arguments->chromeBall,
+          "pictures of a mirror ball under the same lights: instead of a light file, in the order of "
+          "the photographs, or named as these beside --pattern")
+      ->check(notEmpty());
   command->add_flag("--positions", options.litView.positions,
                     "the light file gives positions in scene units, not directions");
   CLI::Option* fieldOfView =
@@ -170,7 +211,19 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     chosen.lights = arguments->lights;
     chosen.lamps.lights = arguments->lights;
     chosen.lamps.positions = chosen.litView.positions;
-    if (const auto& at = arguments->flash; !at.empty()) chosen.lamps.flash = {at[0], at[1], at[2]};
+    chosen.mesh = arguments->mesh;
+    if (arguments->lights == "auto") {
+      if (chosen.lamps.pattern.empty())
+        throw UsageError(
+            Error("auto needs --pattern, which tells the lamps of the photographs").at("--lights"));
+      chosen.lamps.findLamps = true;
+      chosen.lights.clear();
+      chosen.lamps.lights.clear();
+    }
+    chosen.lamps.chromeBall = chosen.litView.chromeBall = arguments->chromeBall;
+    if (!arguments->lights.empty() + !arguments->chromeBall.empty() + !chosen.lamps.lampImages.empty() > 1)
+      throw UsageError(Error("only one of --lights, --chrome-ball and --lamp-images tells the lamps"));
+    readFlash(arguments->flash, chosen.lamps);
     return runImport(*arguments, progress);
   });
 }

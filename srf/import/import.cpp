@@ -176,6 +176,8 @@ ForeignCapture readSource(const fs::path& source, ImportFormat format, const Imp
     return readMiddlebury(*file, options.allowOutside);
   }
   case ImportFormat::lights: {
+    if (!options.litView.chromeBall.empty() && isFolder(source))
+      return readLitView(folder, "", options.litView, options.allowOutside);
     auto file = isFolder(source) ? options.lights : source;
     if (file.empty()) file = findLights(source).value_or("");
     if (file.empty())
@@ -517,7 +519,8 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
     if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
     if (source.extension() == ".lp" || source.extension() == ".txt") return ImportFormat::lights;
   } else {
-    if (!options.lights.empty() && !options.lamps.isGiven()) return ImportFormat::lights;
+    if ((!options.lights.empty() || !options.litView.chromeBall.empty()) && !options.lamps.isGiven())
+      return ImportFormat::lights;
     if (findTransforms(source)) return ImportFormat::transforms;
     if (!findColmapModels(source).empty()) return ImportFormat::colmap;
     if (findParameters(source)) return ImportFormat::middlebury;
@@ -573,6 +576,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
   ForeignCapture source = readSource(sourcePath, report.format, options);
+  if (!options.mesh.empty()) source.capture.geometry = options.mesh;
   if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
   if (options.masks) dropMasks(source);
@@ -604,6 +608,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   }
   source.notes.push_back(colorsTaken(capture, progress));
   if (options.masks) makeMasks(source, *options.masks, copies, progress);
+  placeLamps(source, options.lamps, progress);
   estimateStrengths(source, options.unevenLights, progress);
 
   copyFiles(capture, copies, progress);

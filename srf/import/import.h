@@ -46,6 +46,7 @@ enum class ImportFormat { colmap, transforms, middlebury, lights };
 struct ImportOptions {
   std::optional<ImportFormat> format; // none: detected by formatOfSource
   std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
+  std::filesystem::path mesh;   // the object's, instead of the source's geometry; empty: the source's
   std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
   LampOptions lamps;               // lights of photographs whose poses come without them

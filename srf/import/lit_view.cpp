@@ -1,6 +1,7 @@
 #include "srf/import/lit_view.h"
 
 #include "srf/image/image_file.h"
+#include "srf/import/ball_lamps.h"
 #include "srf/import/text.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -439,14 +440,30 @@ std::optional<fs::path> findLights(const fs::path& folder) {
   return std::nullopt;
 }
 
+namespace {
+
+std::vector<LightEntry> entriesOf(const fs::path& lights, const LitViewOptions& options,
+                                  ForeignCapture& source) {
+  if (!options.chromeBall.empty()) {
+    const std::vector<fs::path> balls = picturesIn(options.chromeBall);
+    if (balls.empty()) throw Error("no pictures of the ball here").in(options.chromeBall);
+    source.notes.push_back("directions of lights by reflections on a mirror ball");
+    return lampsOfBallInOneView(options.chromeBall,
+                                frontCamera(image::readPictureSize(balls[0]), options).lens);
+  }
+  const std::string content = readFile(lights), points = withDecimalPoints(content);
+  if (points != content) source.notes.push_back("the light file has decimal commas");
+  return parseLights(points);
+}
+
+} // namespace
+
 ForeignCapture readLitView(const fs::path& folder, const fs::path& lights, const LitViewOptions& options,
                            bool allowOutside) try {
   ForeignCapture source;
   source.files = {folder, allowOutside};
-  const std::string content = readFile(lights), points = withDecimalPoints(content);
-  if (points != content) source.notes.push_back("the light file has decimal commas");
-  const std::vector<LightEntry> entries = parseLights(points);
   const Folder pictures = photographsIn(source.files);
+  const std::vector<LightEntry> entries = entriesOf(lights, options, source);
   const std::vector<fs::path> photographs = photographsOf(entries, source.files, pictures, source.notes);
 
   std::vector<fs::path> names;
@@ -455,7 +472,7 @@ ForeignCapture readLitView(const fs::path& folder, const fs::path& lights, const
   if (std::set<std::string>(lightNames.begin(), lightNames.end()).size() != lightNames.size())
     for (size_t l = 0; l < lightNames.size(); ++l) lightNames[l] = photographs[l].generic_string();
 
-  const auto stated = intensitiesBeside(lights, entries.size());
+  const auto stated = options.chromeBall.empty() ? intensitiesBeside(lights, entries.size()) : std::nullopt;
   source.strengthsUnknown = !stated;
   const float alike = options.positions ? meanIntensity(entries) : 1;
   addLights(source, entries, lightNames,

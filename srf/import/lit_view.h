@@ -39,7 +39,9 @@ std::string withDecimalPoints(std::string_view content);
 struct LitViewOptions {
   bool positions = false;           // the light file states positions of lights instead of directions
   std::optional<Angle> fieldOfView; // vertical, of a pinhole; none: orthographic
-  double height = 1;                // height of the picture's section of the plane z = 0, scene units
+  std::filesystem::path
+      chromeBall;    // pictures of a mirror ball under the same lights, instead of a light file
+  double height = 1; // height of the picture's section of the plane z = 0, scene units
 };
 
 // Light file of a folder of photographs, or of an RTIBuilder project, whose assembly-files/ has it; empty if
@@ -56,7 +58,8 @@ std::filesystem::path folderOfPhotographs(const std::filesystem::path& lights);
 // from a picture's in letter case or extension if only one picture fits. A picture whose name ends in "mask"
 // is the mask of all photographs. Strengths come from light_intensities.txt beside the light file, r g b per
 // line. Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at
-// the origin. Throws Error with the line.
+// the origin. With a mirror ball, its pictures and the photographs belong together in natural order, and
+// `lights` is not read. Throws Error with the line.
 ForeignCapture readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
                            const LitViewOptions& options, bool allowOutside);
 

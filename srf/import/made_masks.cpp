@@ -223,7 +223,7 @@ ViewMask subtracted(const capture::Capture& capture, std::span<const size_t> fra
 // ---------------------------------------------------------------------------------------------------------
 // Meshes.
 
-// The mesh beside the source, if there is one.
+// The source's mesh, or else the only one beside it.
 fs::path meshBeside(const ForeignCapture& source) {
   if (!source.capture.geometry.empty()) return source.capture.geometry;
   std::set<fs::path> found;
@@ -240,7 +240,7 @@ fs::path meshBeside(const ForeignCapture& source) {
   if (found.size() == 1) return *found.begin();
   std::vector<std::string> names;
   for (const fs::path& mesh : found) names.push_back(source.files.shown(mesh));
-  throw Error::mismatch("one mesh (PLY or OBJ) beside the photographs; mesh:FILE names it",
+  throw Error::mismatch("one mesh (PLY or OBJ) beside the photographs; --mesh names it",
                         names.empty() ? "none" : firstNames(names))
       .at("--mask-from")
       .in(root);
@@ -274,8 +274,8 @@ image::Image coverageOf(const capture::Camera<AcquisitionSpace>& camera,
 
 // Reads the mesh, notes what the checks of inspect find of it, which masks from the mesh would hide, and
 // makes it the capture's geometry.
-TriangleMesh meshOf(ForeignCapture& source, const fs::path& given, const Progress& progress) {
-  const fs::path path = given.empty() ? meshBeside(source) : given;
+TriangleMesh meshOf(ForeignCapture& source, const Progress& progress) {
+  const fs::path path = meshBeside(source);
   proxy::MendedMesh mesh = proxy::readMended(path, source.capture, progress);
   source.capture.geometry = path;
   source.notes.push_back("the mesh is " + source.files.shown(path) +
@@ -409,8 +409,9 @@ MaskMaking parseMaskMaking(std::string_view text) {
                          value = colon == text.npos ? std::string_view() : text.substr(colon + 1);
   const auto known = std::ranges::find(kWays, word, &decltype(kWays)::value_type::first);
   if (known == kWays.end() || (colon != text.npos && value.empty()) ||
-      (colon == text.npos && (word == "brightness" || word == "plate")))
-    throw Error::mismatch("brightness:SHARE, plate:PICTURE, plate:FOLDER, key, key:COLOR, mesh or mesh:FILE",
+      (colon == text.npos && (word == "brightness" || word == "plate")) ||
+      (colon != text.npos && word == "mesh"))
+    throw Error::mismatch("brightness:SHARE, plate:PICTURE, plate:FOLDER, key, key:COLOR or mesh",
                           shownText(text));
   MaskMaking making{.from = known->second};
   if (making.from == MaskMaking::From::brightness) {
@@ -433,7 +434,7 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
   std::optional<RayCaster<AcquisitionSpace>> mesh;
   Rgb key = making.key.value_or(Rgb{});
   if (making.from == MaskMaking::From::plate) plates.emplace(making.path, source);
-  if (making.from == MaskMaking::From::mesh) mesh.emplace(meshOf(source, making.path, progress), progress);
+  if (making.from == MaskMaking::From::mesh) mesh.emplace(meshOf(source, progress), progress);
   if (making.from == MaskMaking::From::key && !making.key) {
     calibration::BorderColor border;
     for (const auto& frames : views) {

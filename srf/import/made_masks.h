@@ -18,22 +18,21 @@ struct MaskMaking {
 
   From from = From::brightness;
   double threshold = 0; // brightness: share of each view's 99.5th percentile of luminance
-  // plate: a picture for all photographs, or a folder of plates named like pictures or cameras. mesh: a file;
-  // empty: the source's.
+  // plate: a picture for all photographs, or a folder of plates named like pictures or cameras.
   std::filesystem::path path;
   std::optional<Rgb> key; // key: linear; none: the most frequent colour of the pictures' borders
   double margin = 0;      // pixels by which masks grow; negative: shrink
 };
 
 // From "brightness:0.05", "plate:FILE", "plate:FOLDER", "key", "key:#rrggbb", "key:r,g,b" (0 to 255, sRGB),
-// "mesh" or "mesh:FILE". Throws Error.
+// "mesh". Throws Error.
 MaskMaking parseMaskMaking(std::string_view text);
 
-// Writes a mask for each view and names it in the capture, whose frames have none. A mesh becomes the
-// capture's geometry. Notes the share of views that have a mask, and views whose mask is suspicious: none
-// could be made, it touches the border, is in several pieces, or differs from the visual hull of all masks.
-// Throws Error if no view gets a mask, for plates of another size, for a mesh that cannot be found or read;
-// and Cancelled.
+// Writes a mask for each view and names it in the capture, whose frames have none. A mesh, the
+// capture's or else the only one beside the source, becomes its geometry. Notes the share of views that have
+// a mask, and views whose mask is suspicious: none could be made, it touches the border, is in several
+// pieces, or differs from the visual hull of all masks. Throws Error if no view gets a mask, for plates of
+// another size, for a mesh that cannot be found or read; and Cancelled.
 void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies, const Progress& progress);
 
 } // namespace surflect::importers

@@ -135,7 +135,7 @@ std::vector<Finding> checkUnits(const capture::Capture& capture, const TriangleM
     findings.push_back(
         {severity(far.size()),
          fmt::format("{} of {} point lights are more than {:.0f} times as far away as the mesh is "
-                     "large: {}",
+                     "large: {}; are their positions in other units?",
                      far.size(), points, kFarLight, worst(far))});
   return findings;
 }

@@ -2,9 +2,11 @@
 // illuminate; cosine c = max(0, n . d).
 #include "srf/capture/rig.h"
 #include "srf/image/color.h"
+#include "srf/validation/light_order.h"
 #include "srf/validation/light_samples.h"
 #include "srf/validation/small_view.h"
 #include "srf/validation/validation.h"
+#include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -21,10 +23,13 @@ namespace {
 using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
-constexpr size_t kLightsForAlbedo = 8;                  // minimum number to determine a pixel's albedo
-constexpr double kLitShare = 0.1;                       // minimum share of lit pixels for a usable light
-constexpr double kMuchBetter = 0.25, kConvincing = 0.5; // correlations
-constexpr double kNoShading = 0.1, kAsGood = 0.1;
+constexpr size_t kLightsForAlbedo = 8; // minimum number to determine a pixel's albedo
+constexpr size_t kMostLights = 512;    // of which all pairs are compared
+constexpr double kLitShare = 0.1;      // minimum share of lit pixels for a usable light
+constexpr double kMuchBetter = 0.25, kBetter = 0.15, kConvincing = 0.5; // correlations
+constexpr double kNoShading = 0.1, kAsGood = 0.1, kClearlyBetter = 0.05;
+constexpr double kUnitBonus = 0.003;     // correlation
+constexpr double kTellableScale = 0.005; // 1 - correlation of the shadings by two scales of positions
 constexpr double kFewSamples = 100;
 
 // Matrix that negates and exchanges axes.
@@ -35,6 +40,8 @@ struct AxisMap {
   Vec3<double> operator()(const Vec3<double>& v) const {
     return {sign[0] * v[from[0]], sign[1] * v[from[1]], sign[2] * v[from[2]]};
   }
+  // Only negates, or exchanges y and z as worlds with y or z up.
+  bool isUsual() const { return from[0] == 0; }
   bool isIdentity() const { return from == std::array{0, 1, 2} && sign == std::array{1, 1, 1}; }
 };
 
@@ -157,30 +164,182 @@ Correlation litCorrelation(const std::vector<double>& shown, const std::vector<d
 
 // Agreement of lights with the photographs.
 struct Fit {
-  std::vector<Correlation> ofLight; // over all views
-  std::vector<Table> shown;         // per view
+  std::vector<Correlation> ofLight;     // over all views
+  std::vector<Correlation> knownAlbedo; // over views with known albedo: unknown albedo may look like shading
 
   Fit(const std::vector<LightSamples>& views, const std::vector<capture::Light>& lights)
-      : ofLight(lights.size()) {
+      : ofLight(lights.size()), knownAlbedo(lights.size()) {
     for (const LightSamples& view : views) {
       Table expected;
       for (const LitShot& shot : view.shots) expected.push_back(shaded(view, lights[shot.light]));
-      const Table& ofView = shown.emplace_back(withoutAlbedo(view, expected));
-      for (size_t s = 0; s < expected.size(); ++s)
-        ofLight[view.shots[s].light].add(litCorrelation(ofView[s], expected[s]));
+      const Table ofView = withoutAlbedo(view, expected);
+      for (size_t s = 0; s < expected.size(); ++s) {
+        const Correlation fit = litCorrelation(ofView[s], expected[s]);
+        ofLight[view.shots[s].light].add(fit);
+        if (expected.size() >= kLightsForAlbedo) knownAlbedo[view.shots[s].light].add(fit);
+      }
     }
   }
 };
 
-// Correlation of the photographs of light l with another light in its place, over views with known albedo;
-// unknown albedo may look like shading.
-Correlation fitOf(const std::vector<LightSamples>& views, const Fit& stated, size_t l,
-                  const capture::Light& other) {
-  Correlation fit;
-  for (size_t v = 0; v < views.size(); ++v)
-    for (size_t s = 0; s < views[v].shots.size() && views[v].shots.size() >= kLightsForAlbedo; ++s)
-      if (views[v].shots[s].light == l) fit.add(litCorrelation(stated.shown[v][s], shaded(views[v], other)));
-  return fit;
+// Values clamped like photographs, minus their mean, of length 1; none if they are constant, or most of them
+// 0.
+std::optional<Eigen::VectorXd> standardised(std::vector<double> values) {
+  clampAbove95(values);
+  const auto lit = std::ranges::count_if(values, [](double v) { return v > 0; });
+  if (static_cast<double>(lit) < kLitShare * static_cast<double>(values.size())) return std::nullopt;
+  Eigen::VectorXd v =
+      Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  v.array() -= v.mean();
+  const double norm = v.norm();
+  if (!(norm > 0) || !std::isfinite(norm)) return std::nullopt;
+  return v / norm;
+}
+
+// Photographs of a view divided by the sum of all over the sum expected at albedo 1. The order of the lights
+// does not change this quotient where all of them light the view.
+Table withoutSum(const LightSamples& view, const Table& expected) {
+  Table shown;
+  for (const LitShot& shot : view.shots) shown.emplace_back(shot.luminance.begin(), shot.luminance.end());
+  for (size_t i = 0; i < view.points.size(); ++i) {
+    double sumShown = 0, sumExpected = 0;
+    for (size_t s = 0; s < shown.size(); ++s) {
+      sumShown += shown[s][i];
+      sumExpected += expected[s][i];
+    }
+    for (auto& shot : shown) shot[i] = sumShown > 0 ? shot[i] * sumExpected / sumShown : 0;
+  }
+  return shown;
+}
+
+// Compares photographs with the shading by each light, over views with known albedo: unknown albedo may look
+// like shading.
+LightEvidence evidenceOf(const std::vector<LightSamples>& views, const std::vector<capture::Light>& lights,
+                         const Progress& progress) {
+  LightEvidence evidence(lights.size());
+  for (const LightSamples& view : views) {
+    progress.checkpoint();
+    if (view.shots.size() < kLightsForAlbedo) continue;
+    Table all(lights.size()), expected;
+    tbb::parallel_for(size_t{0}, lights.size(), [&](size_t k) { all[k] = shaded(view, lights[k]); });
+    for (const LitShot& shot : view.shots) expected.push_back(all[shot.light]);
+    const Table shown = withoutSum(view, expected);
+    std::vector<std::optional<Eigen::VectorXd>> shadings;
+    for (const auto& shading : all) shadings.push_back(standardised(shading));
+    for (size_t s = 0; s < shown.size(); ++s) {
+      const size_t l = view.shots[s].light;
+      const auto picture = standardised(shown[s]);
+      if (!picture || !shadings[l]) continue;
+      const double own = picture->dot(*shadings[l]);
+      for (size_t k = 0; k < lights.size(); ++k)
+        if (shadings[k])
+          evidence.add(l, k, own, picture->dot(*shadings[k]), shadings[l]->dot(*shadings[k]),
+                       static_cast<double>(view.points.size()));
+    }
+  }
+  return evidence;
+}
+
+// Light at a multiple of its position, of the same irradiance at the origin.
+capture::Light scaledPosition(capture::Light light, double factor) {
+  auto& point = std::get<capture::PointLight>(light.kind);
+  point.position = assume<Point3<World, double>>(Vec3<double>(factor * point.position.raw()));
+  point.intensity = static_cast<float>(factor * factor) * point.intensity;
+  return light;
+}
+
+// Units of length and their ratio.
+struct UnitRatio {
+  double ratio;
+  const char *small, *large;
+};
+constexpr std::array<UnitRatio, 6> kUnitRatios{{{1000, "millimetres", "metres"},
+                                                {100, "centimetres", "metres"},
+                                                {10, "millimetres", "centimetres"},
+                                                {25.4, "millimetres", "inches"},
+                                                {39.37, "inches", "metres"},
+                                                {3.281, "feet", "metres"}}};
+
+// Factors from 1/1000 to 1000: `isUnit` if units may differ by it.
+struct PositionFactor {
+  double factor;
+  bool isUnit;
+  double gain = 0, own = 0, other = 0; // correlations, as stated and with the factor
+};
+std::vector<PositionFactor> positionFactors() {
+  std::vector<PositionFactor> factors;
+  for (int step = -24; step <= 24; ++step)
+    if (std::abs(step) > 2) factors.push_back({std::pow(10.0, step / 8.0), false});
+  for (const UnitRatio& units : kUnitRatios) {
+    factors.push_back({units.ratio, true});
+    factors.push_back({1 / units.ratio, true});
+  }
+  return factors;
+}
+
+// Compares all positions times a factor with those stated. Views with few lights do not count.
+void compare(PositionFactor& factor, const std::vector<LightSamples>& views,
+             const std::vector<capture::Light>& lights, const std::vector<capture::Light>& others) {
+  double own = 0, other = 0, apart = 0, count = 0;
+  for (const LightSamples& view : views) {
+    if (view.shots.size() < kLightsForAlbedo) continue;
+    Table stated, changed;
+    for (const LitShot& shot : view.shots) {
+      stated.push_back(shaded(view, lights[shot.light]));
+      changed.push_back(shaded(view, others[shot.light]));
+    }
+    const Table byStated = withoutSum(view, stated), byChanged = withoutSum(view, changed);
+    for (size_t s = 0; s < stated.size(); ++s) {
+      const auto shading = standardised(stated[s]), shadingByOther = standardised(changed[s]),
+                 shown = standardised(byStated[s]), shownByOther = standardised(byChanged[s]);
+      if (!shading || !shadingByOther || !shown || !shownByOther) continue;
+      own += shown->dot(*shading);
+      other += shownByOther->dot(*shadingByOther);
+      apart += 1 - shading->dot(*shadingByOther);
+      ++count;
+    }
+  }
+  if (count > 0 && apart > kTellableScale * count)
+    factor.gain = (other - own) / apart, factor.own = own / count, factor.other = other / count;
+}
+
+// Factor of all positions of lights by which shading fits the photographs better; units are preferred to
+// others that fit as well. Positions within the mesh's box are not tried.
+std::optional<Finding> checkPositionUnits(const std::vector<LightSamples>& views,
+                                          const std::vector<capture::Light>& lights,
+                                          const Eigen::AlignedBox3d& box, const Progress& progress) {
+  const auto isPoint = [](const capture::Light& light) {
+    return std::holds_alternative<capture::PointLight>(light.kind);
+  };
+  if (!std::ranges::all_of(lights, isPoint)) return std::nullopt;
+  std::vector<PositionFactor> factors = positionFactors();
+  tbb::parallel_for(size_t{0}, factors.size(), [&](size_t i) {
+    progress.checkpoint();
+    std::vector<capture::Light> others;
+    for (const capture::Light& light : lights) {
+      const auto& other = others.emplace_back(scaledPosition(light, factors[i].factor));
+      if (box.contains(std::get<capture::PointLight>(other.kind).position.raw())) return;
+    }
+    compare(factors[i], views, lights, others);
+  });
+  std::erase_if(factors, [](const PositionFactor& factor) { return !(factor.gain > kLikelierLight); });
+  if (factors.empty()) return std::nullopt;
+  const auto preference = [](const PositionFactor& factor) {
+    return factor.other + (factor.isUnit ? kUnitBonus : 0);
+  };
+  const PositionFactor best = *std::ranges::max_element(factors, {}, preference);
+  const bool areNear = best.factor > 1;
+  std::string units;
+  for (const UnitRatio& one : kUnitRatios)
+    if (best.isUnit && (best.factor == one.ratio || best.factor == 1 / one.ratio))
+      units = fmt::format(" (are they in {}, and the poses in {}?)", areNear ? one.large : one.small,
+                          areNear ? one.small : one.large);
+  return Finding{
+      best.other > best.own + kClearlyBetter ? Severity::error : Severity::warning,
+      fmt::format("positions of lights look about {:.2g} times too {} the origin{} (correlation of "
+                  "shading with the mesh's normals {:.3f}, as they are {:.3f}); multiply them by {:.2g}",
+                  std::max(best.factor, 1 / best.factor), areNear ? "near" : "far from", units, best.other,
+                  best.own, best.factor)};
 }
 
 std::optional<double> meanOf(const std::vector<Correlation>& ofLight) {
@@ -231,6 +390,27 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
   const size_t negated = bestOf(8), any = bestOf(maps.size());
   const bool isExplained = fits[negated].value_or(-1) > fits[any].value_or(-1) - kAsGood;
   const size_t best = isExplained ? negated : any;
+
+  // Photographs of one light against the shading by another.
+  const size_t count = capture.lights.size();
+  LightEvidence evidence(count);
+  if (count <= kMostLights) evidence = evidenceOf(views, capture.lights, progress);
+  const auto order = likeliestMistake(evidence, capture.lights, kFewSamples);
+  if (order) {
+    const auto [own, other] = evidence.correlations(*order);
+    if (other > fits[best].value_or(-1) + (maps[best].isUsual() ? kClearlyBetter : -kClearlyBetter)) {
+      findings.push_back(
+          {Severity::error,
+           fmt::format("the table of lights looks {}: {} (correlation of shading with the mesh's "
+                       "normals {:.2f}, as it is {:.2f}); {}",
+                       order->what, describe(*order, capture.lights), other, own, order->cure)});
+      return findings;
+    }
+  }
+  if (auto units = checkPositionUnits(views, capture.lights, boundsOf(mesh.positions), progress)) {
+    findings.push_back(*std::move(units));
+    return findings;
+  }
   if (!maps[best].isIdentity() && fits[best].value_or(-1) > std::max(kConvincing, *stated + kMuchBetter)) {
     findings.push_back(
         {Severity::error, fmt::format("light directions look {} (correlation of shading with the mesh's "
@@ -238,6 +418,38 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
                                       describe(maps[best]), *fits[best], *stated)});
     return findings;
   }
+  const std::vector<std::pair<size_t, size_t>> pairs = exchangedPairs(evidence, count, kFewSamples);
+  std::vector<Offender> exchanged, others, unlike;
+  std::vector<bool> isInPair(count);
+  for (const auto& [a, b] : pairs) {
+    isInPair[a] = isInPair[b] = true;
+    const auto [ownA, otherA] = evidence.correlations(a, b);
+    const auto [ownB, otherB] = evidence.correlations(b, a);
+    exchanged.push_back(
+        {otherA - ownA + otherB - ownB,
+         fmt::format("{} and {} (correlation {:.2f} and {:.2f}, as they are {:.2f} and {:.2f})",
+                     capture.lights[a].name, capture.lights[b].name, otherA, otherB, ownA, ownB)});
+  }
+  for (size_t l = 0; l < count; ++l) {
+    if (isInPair[l]) continue;
+    size_t likeliest = l;
+    double fit = kConvincing;
+    for (size_t k = 0; k < count; ++k) {
+      const auto other = evidence.correlation(l, k, kFewSamples);
+      if (other && *other > std::max(fit, evidence.correlations(l, k).first + kBetter) &&
+          evidence.gain(l, k, kFewSamples).value_or(-1) > kLikelierLight)
+        likeliest = k, fit = *other;
+    }
+    const auto own = asStated.knownAlbedo[l].value();
+    if (likeliest != l)
+      others.push_back(
+          {fit - evidence.correlations(l, likeliest).first,
+           fmt::format("{} by {} (correlation {:.2f}, by its own {:.2f})", capture.lights[l].name,
+                       capture.lights[likeliest].name, fit, evidence.correlations(l, likeliest).first)});
+    else if (own && *own < kNoShading)
+      unlike.push_back({-*own, fmt::format("{} ({:.2f})", capture.lights[l].name, *own)});
+  }
+  const bool isExplainedByOthers = 2 * (2 * exchanged.size() + others.size()) > count;
   if (*stated < kConvincing && outlineContrast && *outlineContrast < kFlatOutline) {
     const bool differ = *stated < kNoShading;
     findings.push_back(
@@ -249,47 +461,23 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
                      kConvincing)});
     if (differ) return findings;
   }
-  if (*stated < kNoShading) {
+  if (!isExplainedByOthers && *stated < kNoShading) {
     findings.push_back( // a warning, because fur and glazed surfaces do so in correct captures
         {Severity::warning, fmt::format("shading does not follow the directions of the lights (correlation "
                                         "with the mesh's normals {:.2f})",
                                         *stated)});
     return findings;
   }
-
-  // Compare photographs of one light with the direction of another.
-  const size_t count = capture.lights.size();
-  struct Likeliest {
-    std::optional<double> own;
-    size_t light;
-    double fit;
-  };
-  std::vector<Likeliest> likeliest(count);
-  tbb::parallel_for(size_t{0}, count, [&](size_t l) {
-    progress.checkpoint();
-    const auto own = fitOf(views, asStated, l, capture.lights[l]).value();
-    likeliest[l] = {own, l, own.value_or(1)};
-    if (!own || *own > kConvincing) return;
-    for (size_t other = 0; other < count; ++other)
-      if (const auto fit = fitOf(views, asStated, l, capture.lights[other]).value();
-          fit && *fit > likeliest[l].fit)
-        likeliest[l] = {own, other, *fit};
-  });
-  std::vector<Offender> exchanged, unlike;
-  for (size_t l = 0; l < count; ++l) {
-    const auto& [own, other, fit] = likeliest[l];
-    if (!own) continue;
-    if (fit > std::max(kConvincing, *own + kMuchBetter))
-      exchanged.push_back(
-          {fit - *own, fmt::format("{} by {} (correlation {:.2f}, by its own {:.2f})", capture.lights[l].name,
-                                   capture.lights[other].name, fit, *own)});
-    else if (*own < kNoShading)
-      unlike.push_back({-*own, fmt::format("{} ({:.2f})", capture.lights[l].name, *own)});
-  }
   if (!exchanged.empty())
     findings.push_back(
+        {Severity::warning,
+         fmt::format("{} of {} lights look exchanged: {}; exchange their lines in the table of "
+                     "lights, or their photographs",
+                     2 * exchanged.size(), count, worst(exchanged))});
+  if (!others.empty())
+    findings.push_back(
         {Severity::warning, fmt::format("photographs of {} of {} lights look lit by another: {}",
-                                        exchanged.size(), count, worst(exchanged))});
+                                        others.size(), count, worst(others))});
   if (!unlike.empty())
     findings.push_back(
         {Severity::warning,

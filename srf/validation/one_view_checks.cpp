@@ -4,6 +4,7 @@
 // camera sees faces it, and turns outwards at the object's outline.
 #include "srf/capture/photograph.h"
 #include "srf/image/color.h"
+#include "srf/validation/light_order.h"
 #include "srf/validation/validation.h"
 #include "surfel/base/text.h"
 
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace surflect::validation {
@@ -23,12 +25,16 @@ using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
 constexpr size_t kOneViewSamples = 6000, kFewestSamples = 50, kMostShots = 64;
-constexpr double kUnshadowed = 0.05;   // of a pixel's brightest photograph; darker ones may be in shadow
+constexpr size_t kOrderSamples = 1000, kLightsForOrder = 7;
+constexpr std::ptrdiff_t kLitForOrder = 6; // photographs of a pixel, of which normal and albedo use 3
+constexpr double kSolvable = 1e-3;         // as kWellPosed, where only the residual counts
+constexpr double kUnshadowed = 0.05;       // of a pixel's brightest photograph; darker ones may be in shadow
 constexpr double kLitObject = 0.1;     // of the brightest pixels, without a matte: the rest may be background
 constexpr double kWellPosed = 0.05;    // smallest over largest eigenvalue of the lights' moments
 constexpr double kMostTurned = 0.75;   // share of pixels; below 0.25 in correct captures
 constexpr double kTurnedOutline = 0.3; // mean component of normals across the outline; less on flat objects
 constexpr int kOutlineReach = 3;       // pixels
+constexpr double kMuchSmaller = 0.6;   // residual of another order over that of the stated one
 
 struct Sample {
   int x = 0, y = 0;
@@ -46,7 +52,8 @@ std::vector<Sample> samplesOf(const capture::Lens& lens) {
 }
 
 // Normal times albedo by the photographs that light the pixel; none if they do not determine it.
-std::optional<Vec3<double>> scaledNormal(const Sample& sample, std::span<const Vec3<double>> lights) {
+std::optional<Vec3<double>> scaledNormal(const Sample& sample, std::span<const Vec3<double>> lights,
+                                         double wellPosed = kWellPosed) {
   Mat3<double> moments = Mat3<double>::Zero();
   Vec3<double> right = Vec3<double>::Zero();
   for (size_t s = 0; s < lights.size(); ++s) {
@@ -55,9 +62,73 @@ std::optional<Vec3<double>> scaledNormal(const Sample& sample, std::span<const V
     right += sample.shown[s] * lights[s];
   }
   const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(moments);
-  if (!(solver.eigenvalues()[0] > kWellPosed * solver.eigenvalues()[2])) return std::nullopt;
+  if (!(solver.eigenvalues()[0] > wellPosed * solver.eigenvalues()[2])) return std::nullopt;
   const Vec3<double> g = moments.inverse() * right;
   return g.allFinite() && g.norm() > 0 ? std::optional(g) : std::nullopt;
+}
+
+// Relative residual of a Lambert fit, with a strength of each photograph's own: estimated strengths may hide
+// wrong directions. Infinite if the lights do not determine normals.
+double lambertResidual(std::span<const Sample> samples, std::vector<Vec3<double>> lights) {
+  constexpr int kRounds = 3;
+  double residual = 0, all = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    residual = all = 0;
+    std::vector<double> shownByFit(lights.size()), fitByFit(lights.size());
+    for (const Sample& sample : samples) {
+      const auto lit = std::ranges::count_if(
+          sample.shown, [&](double shown) { return shown > kUnshadowed * sample.brightest; });
+      const auto g = lit < kLitForOrder ? std::nullopt : scaledNormal(sample, lights, kSolvable);
+      if (!g) continue;
+      for (size_t s = 0; s < lights.size(); ++s) {
+        if (!(sample.shown[s] > kUnshadowed * sample.brightest)) continue;
+        const double fit = g->dot(lights[s]);
+        residual += (sample.shown[s] - fit) * (sample.shown[s] - fit);
+        all += sample.shown[s] * sample.shown[s];
+        shownByFit[s] += sample.shown[s] * fit;
+        fitByFit[s] += fit * fit;
+      }
+    }
+    for (size_t s = 0; s < lights.size() && round + 1 < kRounds; ++s)
+      if (shownByFit[s] > 0) lights[s] *= shownByFit[s] / fitByFit[s];
+  }
+  return all > 0 ? std::sqrt(residual / all) : std::numeric_limits<double>::infinity();
+}
+
+// Mistake in the order of the lights that fits the photographs much better than the stated order. `shots`:
+// the light of each photograph.
+std::optional<Finding> checkOrder(std::span<const Sample> samples, std::span<const Vec3<double>> lights,
+                                  std::span<const size_t> shots, const capture::Capture& capture) {
+  std::vector<std::optional<Vec3<double>>> ofLight(capture.lights.size());
+  for (size_t s = 0; s < shots.size(); ++s) ofLight[shots[s]] = lights[s];
+  double least = kMuchSmaller;
+  std::optional<Finding> finding;
+  for (const OrderMistake& mistake : orderMistakes(capture.lights)) {
+    // Photographs whose light is known in either order.
+    std::vector<size_t> known;
+    std::vector<Vec3<double>> stated, other;
+    for (size_t s = 0; s < shots.size(); ++s)
+      if (const auto lit = mistake.lit[shots[s]]; lit && ofLight[*lit]) {
+        known.push_back(s);
+        stated.push_back(lights[s]);
+        other.push_back(*ofLight[*lit]);
+      }
+    if (known.size() < kLightsForOrder) continue;
+    std::vector<Sample> some;
+    for (const size_t i : evenlySpaced(samples.size(), kOrderSamples)) {
+      Sample& sample = some.emplace_back(Sample{samples[i].x, samples[i].y, {}, samples[i].brightest});
+      for (const size_t s : known) sample.shown.push_back(samples[i].shown[s]);
+    }
+    const double asStated = lambertResidual(some, stated), fit = lambertResidual(some, other);
+    if (!(fit < least * asStated)) continue;
+    least = fit / asStated;
+    finding = {Severity::error,
+               fmt::format(
+                   "the table of lights looks {}: {} (a Lambert surface fits the photographs to {:.0f} %, "
+                   "as the table is to {:.0f} %); {}",
+                   mistake.what, describe(mistake, capture.lights), 100 * fit, 100 * asStated, mistake.cure)};
+  }
+  return finding;
 }
 
 // Unit direction from the object's inside to its outside, in the picture (x right, y up); none away from the
@@ -80,7 +151,8 @@ std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,
   if (capture.views.size() != 1 || capture.lights.size() < 3) return {};
   const capture::Camera<World>& camera = capture.views[0].camera;
   std::vector<Sample> samples = samplesOf(camera.lens);
-  std::vector<Vec3<double>> lights; // in the camera's axes
+  std::vector<Vec3<double>> lights; // in the camera's axes, by shot
+  std::vector<size_t> shots;        // light of each
   image::Image alpha;
   const std::vector<size_t> chosen =
       evenlySpaced(capture.frames.size(), std::min(effort.lightsOfView, kMostShots));
@@ -89,6 +161,7 @@ std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,
     const capture::Frame& frame = capture.frames[chosen[i]];
     const capture::Light& light = capture.lights[*frame.light];
     const double irradiance = static_cast<double>(image::luma(capture::irradianceAt(light, middle)));
+    shots.push_back(*frame.light);
     lights.push_back(irradiance *
                      (camera.cameraFromWorld.rotation() * capture::towardsLight(light, middle).raw()));
     const capture::Photograph photograph =
@@ -107,12 +180,14 @@ std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,
   std::nth_element(brightest.begin(), at, brightest.end());
   const double threshold = kLitObject * *at;
 
+  std::erase_if(samples, [&](const Sample& sample) {
+    return alpha.values.empty() ? !(sample.brightest > threshold) : !(alpha.at(sample.x, sample.y)[0] > 0.5f);
+  });
+  if (auto finding = checkOrder(samples, lights, shots, capture)) return {*finding};
   size_t all = 0, turned = 0, rim = 0;
   double outward = 0; // sum over the rim
   for (const Sample& sample : samples) {
-    const bool isObject =
-        alpha.values.empty() ? sample.brightest > threshold : alpha.at(sample.x, sample.y)[0] > 0.5f;
-    const auto g = isObject ? scaledNormal(sample, lights) : std::nullopt;
+    const auto g = scaledNormal(sample, lights);
     if (!g) continue;
     const auto ray = capture::rayThrough(camera.lens, {sample.x + 0.5, sample.y + 0.5});
     if (!ray) continue;

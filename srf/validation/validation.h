@@ -107,18 +107,20 @@ std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<c
 // Light directions, by the correlation over pixels between max(0, n . l) and luminance, divided by the albedo
 // estimated from the pixel's other photographs (for views with eight lights or more). Of a single view,
 // pixels that are dark in all photographs, as background is, do not count. Findings: faces point inwards; all
-// directions fit much better with axes negated or, if that explains less, exchanged; photographs of one light
-// look lit by another; photographs do not follow their light's direction. The last two need albedo. Lights
-// that leave the visible side dark, and fixed illumination, give no finding; cast shadows are not modelled.
-// If shading does not follow the lights and the contrast at the outline is flat, the mesh lies elsewhere: an
-// error. Reads the photographs that `effort` allows; progress names the stage "lights".
+// directions fit much better with axes negated or, if that explains less, exchanged; the table of lights is
+// shifted, reversed or sorted otherwise; positions are in other units; two lights are exchanged; photographs
+// of one light look lit by another, or do not follow their light's direction. All but the first two need
+// albedo. Lights that leave the visible side dark, and fixed illumination, give no finding; cast shadows are
+// not modelled. If shading does not follow the lights and the contrast at the outline is flat, the mesh lies
+// elsewhere: an error. Reads the photographs that `effort` allows; progress names the stage "lights".
 std::vector<Finding> checkLights(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress);
 
 // Light directions of a single view, by normals from the photographs alone, which need no geometry:
 // directions that are negated in z, or in x, y and z, make most of what the camera sees turn away from it, an
-// error; in x and y, the object turn inwards at its matte's outline. `middle` is the object's. No finding for
+// error; in x and y, the object turn inwards at its matte's outline. A table of seven lights or more whose
+// order is another is told by the residual of the normals. `middle` is the object's. No finding for
 // several views, fewer than three lights, lights that do not determine normals, and without enough pixels of
 // the object: without a matte, those above a tenth of the brightest.
 std::vector<Finding> checkLightsOfOneView(const capture::Capture& capture,

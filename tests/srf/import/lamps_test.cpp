@@ -130,6 +130,45 @@ TEST_F(Lamps, AFlashIsWhereTheCameraCarriesIt) {
   }
 }
 
+TEST_F(Lamps, StandWhereRegisteredPicturesWereTaken) {
+  for (size_t c = 0; c < 3; ++c) registerPicture("c" + std::to_string(c) + "/on.png", cameras[c]);
+  std::vector<VisionCamera> lamps{rig.camera(false), rig.camera(false)};
+  registerPicture("lamp_on.png", lamps[0]);
+  registerPicture("lamp_off.png", lamps[1]);
+  for (const char* const name : {"lamp_on.png", "lamp_off.png"}) writePicture(folder / "images" / name);
+  writeColmap();
+  options = {.pattern = "{camera}/{light}.png", .lampImages = "lamp_{light}.png"};
+  const ForeignCapture source = lit();
+  EXPECT_EQ(source.capture.views.size(), 3u);
+  EXPECT_EQ(source.capture.frames.size(), 6u);
+  ASSERT_EQ(source.capture.lights.size(), 2u);
+  for (const capture::Light& light : source.capture.lights) {
+    const VisionCamera& at = lamps[light.name == "on" ? 0 : 1];
+    const Vec3<double> center = -(at.rotation.inverse() * at.translation);
+    EXPECT_LT((std::get<capture::PointLight>(light.kind).position.raw() - center).norm(), 1e-12)
+        << light.name;
+  }
+  options.lampImages = "lamp_{light}.jpg";
+  EXPECT_NE(problem().find(
+                "--lamp-images: found \"lamp_{light}.jpg\", expected the names of some registered pictures"),
+            std::string::npos)
+      << problem();
+  for (const char* const pattern : {"lamp.png", "{light}_{light}.png", "{camera}_{light}.png"}) {
+    options.lampImages = pattern;
+    EXPECT_NE(problem().find("expected {light}, once, and no {camera}"), std::string::npos) << problem();
+  }
+}
+
+TEST_F(Lamps, AreNamedByFolders) {
+  for (const char* const light : {"on", "off"}) writePicture(folder / "images" / light / "c0.png");
+  registerPicture("on/c0.png", cameras[0]);
+  writeColmap();
+  options.pattern = "{light}/{camera}.png";
+  const ForeignCapture source = lit();
+  EXPECT_EQ(source.capture.views.size(), 1u);
+  EXPECT_EQ(source.capture.frames.size(), 2u);
+}
+
 TEST_F(Lamps, MistakesAreNamed) {
   registerPicture("c0/on.png", cameras[0]);
   writeColmap();

@@ -32,11 +32,12 @@ protected:
 
   MadeMasks() { std::filesystem::copy(scenes(), folder.path(), std::filesystem::copy_options::recursive); }
 
-  // Smallest overlap of a mask with the truth.
+  // Smallest overlap of a mask with the truth. `how`: as parseMaskMaking() reads it, or mesh:FILE.
   double overlapOf(const std::string& scene, const std::string& how, double margin = 0) {
     std::filesystem::remove_all(folder / "out");
     ImportOptions options;
-    options.masks = parseMaskMaking(how);
+    if (how.starts_with("mesh:")) options.mesh = how.substr(5);
+    options.masks = parseMaskMaking(options.mesh.empty() ? how : "mesh");
     options.masks->margin = margin;
     notes.clear();
     for (const std::string& note : importCapture(folder / scene, folder / "out", options).notes)
@@ -249,10 +250,26 @@ TEST(MaskMaking, IsAWordAndItsValue) {
   EXPECT_FALSE(parseMaskMaking("key").key);
   EXPECT_EQ(*parseMaskMaking("key:#ff0000").key, (Rgb{1, 0, 0}));
   EXPECT_EQ(*parseMaskMaking("key:0,0,255").key, (Rgb{0, 0, 1}));
-  for (const char* wrong :
-       {"", "plate", "plate:", "brightness", "brightness:2", "brightness:nan", "brightness:-1", "keys",
-        "key:", "key:green", "key:#00ff0", "key:#00ff000", "key:#-1ff00", "key:#zzzzzz", "key:1,2",
-        "key:1,2,256", "key:1,2,-3", "key:1,2,3,4", "mesh:"})
+  for (const char* wrong : {"",
+                            "plate",
+                            "plate:",
+                            "brightness",
+                            "brightness:2",
+                            "brightness:nan",
+                            "brightness:-1",
+                            "keys",
+                            "key:",
+                            "key:green",
+                            "key:#00ff0",
+                            "key:#00ff000",
+                            "key:#-1ff00",
+                            "key:#zzzzzz",
+                            "key:1,2",
+                            "key:1,2,256",
+                            "key:1,2,-3",
+                            "key:1,2,3,4",
+                            "mesh:",
+                            "mesh:object.ply"})
     EXPECT_NE(image::errorOf([&] { parseMaskMaking(wrong); }), "") << wrong;
 }
 

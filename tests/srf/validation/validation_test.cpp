@@ -4,6 +4,8 @@
 #include "srf/image/png.h"
 #include "tests/support/synthetic_capture.h"
 
+#include <numeric>
+
 namespace surflect::validation {
 namespace {
 
@@ -312,9 +314,93 @@ TEST_F(Checks, FindExchangedAxes) {
 
 TEST_F(Checks, FindLightsThatAreExchanged) {
   std::swap(capture.lights[2].kind, capture.lights[20].kind);
+  EXPECT_TRUE(only(Severity::warning).starts_with("2 of 24 lights look exchanged: L2 and L20 (correlation "));
+  std::swap(capture.lights[5].kind, capture.lights[9].kind);
   const std::string text = only(Severity::warning);
-  EXPECT_TRUE(contains(text, "photographs of 2 of 24 lights look lit by another")) << text;
-  EXPECT_TRUE(contains(text, "L2 by L20") && contains(text, "L20 by L2 ")) << text;
+  EXPECT_TRUE(text.starts_with("4 of 24 lights look exchanged: ")) << text;
+  EXPECT_TRUE(contains(text, "L2 and L20 (") && contains(text, "L5 and L9 (")) << text;
+}
+
+TEST_F(Checks, FindThreeLightsThatTookEachOthersPlace) { // no pair mends them
+  const auto kind = capture.lights[2].kind;
+  capture.lights[2].kind = capture.lights[12].kind;
+  capture.lights[12].kind = capture.lights[21].kind;
+  capture.lights[21].kind = kind;
+  const std::string text = only(Severity::warning);
+  EXPECT_TRUE(contains(text, "photographs of 3 of 24 lights look lit by another")) << text;
+  EXPECT_TRUE(contains(text, "L2 by L21") && contains(text, "L12 by L2 ") && contains(text, "L21 by L12"))
+      << text;
+}
+
+TEST_F(Checks, FindATableOfLightsInAnotherOrder) {
+  const std::vector<capture::Light> right = capture.lights;
+  const auto ordered = [&](const auto& sourceOf) {
+    for (size_t l = 0; l < right.size(); ++l) capture.lights[l].kind = right[sourceOf(l)].kind;
+    return only(Severity::error);
+  };
+  const std::string later = ordered([](size_t l) { return (l + 1) % 24; });
+  EXPECT_TRUE(
+      later.starts_with("the table of lights looks shifted by one: photographs of L1 look lit by L0, "))
+      << later;
+  const std::string earlier = ordered([](size_t l) { return (l + 23) % 24; });
+  EXPECT_TRUE(
+      earlier.starts_with("the table of lights looks shifted by one: photographs of L0 look lit by L1, "))
+      << earlier;
+  const std::string reversed = ordered([](size_t l) { return 23 - l; });
+  EXPECT_TRUE(reversed.starts_with("the table of lights looks reversed: photographs of L0 look lit by L23, "))
+      << reversed;
+  // Line 2, named L10 as names sort by letters, has the vector of L2.
+  std::vector<size_t> byLetters(24);
+  std::iota(byLetters.begin(), byLetters.end(), size_t{0});
+  std::ranges::sort(byLetters, {}, [&](size_t l) { return right[l].name; });
+  const std::string sorted = ordered(
+      [&](size_t l) { return static_cast<size_t>(std::ranges::find(byLetters, l) - byLetters.begin()); });
+  EXPECT_TRUE(
+      sorted.starts_with("the table of lights looks sorted as 1, 10, 2: photographs of L2 look lit by "
+                         "L10, "))
+      << sorted;
+}
+
+TEST_F(Checks, FindOtherUnitsOfPositionsOfLights) {
+  // Shading of point lights, at four times the sphere's radius from its centre.
+  for (capture::Light& light : capture.lights) {
+    const auto towards = std::get<capture::DirectionalLight>(light.kind).towards;
+    light.kind = capture::PointLight{
+        assume<Point3<AcquisitionSpace, double>>(Vec3<double>(4 * towards.raw())), {16, 16, 16}};
+  }
+  for (size_t v = 0; v < capture.views.size(); ++v) {
+    const studio::SphereView sphere = studio::viewSphere(capture.views[v].camera, 1);
+    for (size_t l = 0; l < capture.lights.size(); ++l) {
+      const std::string name = "near" + std::to_string(v) + "-" + std::to_string(l) + ".exr";
+      image::writeExr(folder / name, studio::overBlack(sphere, [&](const Vec3<float>& n) {
+                        const auto p = assume<Point3<AcquisitionSpace, double>>(n.cast<double>());
+                        const Vec3<float> towards =
+                            capture::towardsLight(capture.lights[l], p).raw().cast<float>();
+                        return studio::lambert({0.5f, 0.5f, 0.5f},
+                                               capture::irradianceAt(capture.lights[l], p), n, towards);
+                      }));
+      for (capture::Frame& frame : capture.frames)
+        if (frame.view == v && frame.light == l) frame.picture = name, frame.layer = frame.alphaLayer = "";
+    }
+  }
+  EXPECT_TRUE(findings().empty()) << findings()[0].text;
+  const std::vector<capture::Light> right = capture.lights;
+  const auto timesPositions = [&](double factor) {
+    for (size_t l = 0; l < right.size(); ++l) {
+      const Vec3<double> place = std::get<capture::PointLight>(right[l].kind).position.raw();
+      std::get<capture::PointLight>(capture.lights[l].kind).position =
+          assume<Point3<AcquisitionSpace, double>>(Vec3<double>(factor * place));
+    }
+    std::string text;
+    for (const Finding& finding : findings()) text += finding.text;
+    return text;
+  };
+  EXPECT_TRUE(contains(timesPositions(100),
+                       "positions of lights look about 1e+02 times too far from the origin "
+                       "(are they in centimetres, and the poses in metres?)"))
+      << timesPositions(100);
+  EXPECT_TRUE(contains(timesPositions(0.3), "times too near the origin")) << timesPositions(0.3);
+  EXPECT_TRUE(contains(timesPositions(1e5), "are their positions in other units?")) << timesPositions(1e5);
 }
 
 TEST_F(Checks, FindAPhotographThatIsOfNoLight) {
@@ -495,6 +581,20 @@ TEST_F(OneViewLights, OfAnyMadeGeometryStopsTheWork) {
       EXPECT_EQ(errors, isRight ? 0u : 1u);
     }
   }
+}
+
+TEST_F(OneViewLights, TellsAnotherOrderByTheResidualOfNormals) {
+  const std::vector<capture::Light> right = capture.lights;
+  const auto ordered = [&](const auto& sourceOf) {
+    for (size_t l = 0; l < right.size(); ++l) capture.lights[l].kind = right[sourceOf(l)].kind;
+    return found({1, 1, 1});
+  };
+  const std::string shifted = ordered([](size_t l) { return (l + 1) % 9; });
+  EXPECT_TRUE(shifted.starts_with(
+      "error: the table of lights looks shifted by one: photographs of L1 look lit by L0, "))
+      << shifted;
+  const std::string reversed = ordered([](size_t l) { return 8 - l; });
+  EXPECT_TRUE(reversed.starts_with("error: the table of lights looks reversed: ")) << reversed;
 }
 
 // A relief without a mask covers the background, which follows no light.
