@@ -21,7 +21,7 @@ const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture
                                                               {"srgb", capture::ColorSpace::srgb}};
 
 struct ImportArguments {
-  std::string source, output, images, lights;
+  std::string source, output, images, lights, cameraPlaces;
   std::vector<double> flash;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
@@ -74,6 +74,11 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   command->add_option("--lights", arguments->lights,
                       "light file of a folder of photographs: .lp, or \"x y z\" lines or columns; beside "
                       "--pattern \"name x y z\" lines");
+  command
+      ->add_option(
+          "--camera-places", arguments->cameraPlaces,
+          "known places of cameras, \"name x y z\" lines: poses are brought to their world and units")
+      ->check(notEmpty());
   CLI::Option* pattern =
       command
           ->add_option(
@@ -138,6 +143,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
     chosen.images = arguments->images;
     chosen.lights = arguments->lights;
+    chosen.cameraPlaces = arguments->cameraPlaces;
     chosen.lamps.lights = arguments->lights;
     chosen.lamps.positions = chosen.litView.positions;
     if (const auto& at = arguments->flash; !at.empty()) chosen.lamps.flash = {at[0], at[1], at[2]};

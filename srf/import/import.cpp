@@ -13,6 +13,7 @@
 #include "srf/import/masks.h"
 #include "srf/import/middlebury.h"
 #include "srf/import/output_folder.h"
+#include "srf/import/similarity.h"
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
 #include "surfel/base/error.h"
@@ -606,6 +607,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
   ForeignCapture source = readSource(sourcePath, report.format, options);
+  if (!options.cameraPlaces.empty()) moveToPlaces(source, options.cameraPlaces, options.lamps.pattern);
   if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
   if (options.maskThreshold) dropMasks(source);

@@ -47,6 +47,7 @@ struct ImportOptions {
   std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
   std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
+  std::filesystem::path cameraPlaces;  // known places, to whose world poses are brought; empty: none
   LampOptions lamps;                   // lights of photographs whose poses come without them
   std::vector<std::string> test;       // cameras and lights to hold out, in addition to the source's
   size_t testEvery = 0;                // hold out each Nth camera, or light if there is one view; 0: none
