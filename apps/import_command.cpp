@@ -14,6 +14,7 @@ namespace {
 
 const std::map<std::string, importers::ImportFormat> kFormats{
     {"colmap", importers::ImportFormat::colmap},
+    {"metashape", importers::ImportFormat::metashape},
     {"json", importers::ImportFormat::transforms},
     {"middlebury", importers::ImportFormat::middlebury},
     {"lights", importers::ImportFormat::lights}};
@@ -61,16 +62,24 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
   command->footer("Example: surflect import temple/templeSR_par.txt -o temple --test-every 8");
   command
-      ->add_option("source", arguments->source,
-                   "COLMAP, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
+      ->add_option(
+          "source", arguments->source,
+          "COLMAP, Metashape XML, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
       ->required();
   command->add_option("-o,--output", arguments->output, "the capture's folder; new, or empty")
       ->required()
       ->check(notEmpty());
   CLI::Option* format = command->add_option("--format", arguments->format, "instead of a guess")
                             ->transform(CLI::Transformer(kFormats))
-                            ->option_text("colmap, json, middlebury or lights");
-  command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
+                            ->option_text("colmap, metashape, json, middlebury or lights");
+  command->add_option("--images", arguments->images,
+                      "pictures of COLMAP or Metashape; default: SOURCE/images");
+  command
+      ->add_option("--chunks", options.chunks,
+                   "Metashape: labels of chunks that it has aligned with each other: NAME,NAME..; default: "
+                   "the largest")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--lights", arguments->lights,
                       "light file of a folder of photographs: .lp, or \"x y z\" lines or columns; beside "
                       "--pattern \"name x y z\" lines");

@@ -40,12 +40,13 @@ void noteMasks(ForeignCapture& source, bool inverted, const Progress& progress);
 // requested layer.
 std::string colorsTaken(const capture::Capture& capture, const Progress& progress);
 
-enum class ImportFormat { colmap, transforms, middlebury, lights };
+enum class ImportFormat { colmap, metashape, transforms, middlebury, lights };
 
 struct ImportOptions {
   std::optional<ImportFormat> format; // none: detected by formatOfSource
-  std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
-  std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
+  std::filesystem::path images; // COLMAP, Metashape: folder of the photographs; empty: images/ of the source
+  std::vector<std::string> chunks; // Metashape: labels of those to import; empty: the largest
+  std::filesystem::path lights;    // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
   std::filesystem::path cameraPlaces;  // known places, to whose world poses are brought; empty: none
   LampOptions lamps;                   // lights of photographs whose poses come without them
@@ -69,8 +70,8 @@ struct ImportReport {
 };
 
 // Format that the options state, or else the first found of: a light file that the options name,
-// transforms.json or transforms_train.json, a COLMAP model, *_par.txt, a light file. Throws Error that lists
-// these if none is found.
+// transforms.json or transforms_train.json, a COLMAP model, cameras.xml, *_par.txt, a light file. Throws
+// Error that lists these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
 // Reads a source, decodes its pictures, copies them unchanged (but for fixPremult) into images/ and masks/,
