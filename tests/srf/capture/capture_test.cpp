@@ -212,8 +212,8 @@ TEST_F(CaptureFile, WhatAFrameSaysOverridesTheCapture) {
   const Lens &first = capture.views[0].camera.lens, &second = capture.views[1].camera.lens;
   EXPECT_EQ(first.focalX, 10.5);
   EXPECT_NEAR(second.focalX, 4, 1e-14); // its angle, not the capture's fl_x
-  EXPECT_EQ(second,
-            (Lens{Lens::Model::pinhole, 8, 2, second.focalX, second.focalX, 4, 1.75, 0, 0.02, 0.03, 0.04, 0.005}));
+  EXPECT_EQ(second, (Lens{Lens::Model::pinhole, 8, 2, second.focalX, second.focalX, 4, 1.75, 0, 0.02, 0.03,
+                          0.04, 0.005}));
 }
 
 TEST_F(CaptureFile, AnOrthographicLensHasItsHeightInSceneUnits) {
