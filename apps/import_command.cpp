@@ -16,6 +16,7 @@ namespace {
 
 const std::map<std::string, importers::ImportFormat> kFormats{
     {"colmap", importers::ImportFormat::colmap},
+    {"metashape", importers::ImportFormat::metashape},
     {"json", importers::ImportFormat::transforms},
     {"middlebury", importers::ImportFormat::middlebury},
     {"lights", importers::ImportFormat::lights}};
@@ -23,7 +24,7 @@ const std::map<std::string, capture::ColorSpace> kColorSpaces{{"linear", capture
                                                               {"srgb", capture::ColorSpace::srgb}};
 
 struct ImportArguments {
-  std::string source, output, images, mesh, lights, chromeBall;
+  std::string source, output, images, mesh, lights, cameraPlaces, chromeBall;
   std::vector<std::string> flash;
   importers::ImportFormat format{};
   capture::ColorSpace colorSpace{};
@@ -94,8 +95,9 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand("import", "make a capture folder of other people's formats");
   command->footer("Example: surflect import templeSparseRing/templeSR_par.txt -o temple --test-every 8");
   command
-      ->add_option("source", arguments->source,
-                   "COLMAP, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
+      ->add_option(
+          "source", arguments->source,
+          "COLMAP, Metashape XML, NeRF JSON, Middlebury, RTI (.lp) or photometric stereo: a folder or file")
       ->required();
   command->add_option("-o,--output", arguments->output, "the capture's folder; new, or empty")
       ->required()
@@ -103,11 +105,23 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
   CLI::Option* format = command->add_option("--format", arguments->format, "instead of a guess")
                             ->transform(CLI::Transformer(kFormats))
                             ->transform(oneOf(namesIn(kFormats)))
-                            ->option_text("colmap, json, middlebury or lights");
-  command->add_option("--images", arguments->images, "COLMAP's pictures; default: SOURCE/images");
+                            ->option_text("colmap, metashape, json, middlebury or lights");
+  command->add_option("--images", arguments->images,
+                      "pictures of COLMAP or Metashape; default: SOURCE/images");
+  command
+      ->add_option("--chunks", options.chunks,
+                   "Metashape: labels of chunks that it has aligned with each other: NAME,NAME..; default: "
+                   "the largest")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--lights", arguments->lights,
                       "light file of a folder of photographs: .lp, or \"x y z\" lines or columns; beside "
                       "--pattern \"name x y z\" lines, or auto: from the shading of the mesh");
+  command
+      ->add_option(
+          "--camera-places", arguments->cameraPlaces,
+          "known places of cameras, \"name x y z\" lines: poses are brought to their world and units")
+      ->check(notEmpty());
   command->add_option("--mesh", arguments->mesh, "the object's mesh (PLY or OBJ), in the world of the poses")
       ->check(notEmpty());
   CLI::Option* pattern =
@@ -163,8 +177,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
               "--mask-from", arguments->maskFrom,
               "make masks: brightness:SHARE of the view's 99.5th percentile, linear; plate:PICTURE or "
               "plate:FOLDER of the empty scene; key: a background of the borders' colour, or key:#rrggbb, "
-              "key:r,g,b; mesh "
-              "beside the source, or mesh:FILE")
+              "key:r,g,b; mesh: that of --mesh, of the source, or beside it")
           ->check([](const std::string& text) -> std::string {
             try {
               importers::parseMaskMaking(text);
@@ -173,7 +186,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
               return error.what();
             }
           })
-          ->option_text("brightness:SHARE, plate:PATH, key[:COLOR] or mesh[:FILE]");
+          ->option_text("brightness:SHARE, plate:PATH, key[:COLOR] or mesh");
   command
       ->add_option("--mask-margin", arguments->maskMargin,
                    "pixels by which made masks grow; negative: shrink, as against fringes of the background")
@@ -209,6 +222,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
     if (*colorSpace) chosen.colorSpace = arguments->colorSpace;
     chosen.images = arguments->images;
     chosen.lights = arguments->lights;
+    chosen.cameraPlaces = arguments->cameraPlaces;
     chosen.lamps.lights = arguments->lights;
     chosen.lamps.positions = chosen.litView.positions;
     chosen.mesh = arguments->mesh;

@@ -40,7 +40,8 @@ uint64_t hashOf(const scene::Scene& scene) {
                               lens.k1,
                               lens.k2,
                               lens.p1,
-                              lens.p2};
+                              lens.p2,
+                              lens.k3};
   const auto addVector = [&](const auto& vector) {
     numbers.insert(numbers.end(), vector.data(), vector.data() + vector.size());
   };

@@ -1,19 +1,21 @@
 #include "srf/capture/camera.h"
 
+#include <cmath>
+
 namespace surflect::capture {
 
 Vec2<double> distort(const Lens& lens, const Vec2<double>& undistorted) {
   const double x = undistorted[0], y = undistorted[1];
   const double r2 = x * x + y * y;
-  const double radial = 1 + r2 * (lens.k1 + r2 * lens.k2);
+  const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
   return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
           y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
 }
 
 Eigen::Matrix2d distortionJacobian(const Lens& lens, const Vec2<double>& q) {
   const double x = q[0], y = q[1], r2 = x * x + y * y;
-  const double radial = 1 + r2 * (lens.k1 + r2 * lens.k2);
-  const double slope = 2 * (lens.k1 + 2 * r2 * lens.k2); // d radial / d(r2) * 2
+  const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
+  const double slope = 2 * (lens.k1 + r2 * (2 * lens.k2 + 3 * r2 * lens.k3)); // d radial / d(r2) * 2
   Eigen::Matrix2d j;
   j << radial + slope * x * x + 2 * lens.p1 * y + 6 * lens.p2 * x,
       slope * x * y + 2 * lens.p1 * x + 2 * lens.p2 * y, slope * x * y + 2 * lens.p1 * x + 2 * lens.p2 * y,
@@ -25,12 +27,18 @@ namespace {
 
 // Returns whether a radius is before the distortion's fold: a radial polynomial with negative terms turns
 // back at some radius, and points beyond would appear in the picture a second time. True up to the first zero
-// of d/dr (r + k1 r^3 + k2 r^5) = 1 + 3 k1 r^2 + 5 k2 r^4.
+// of d/dr (r + k1 r^3 + k2 r^5 + k3 r^7) = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6, a polynomial in r^2 that is
+// positive up to a radius if it is so there and at its extrema before.
 bool beforeTheFold(const Lens& lens, double r2) {
-  const double a = 5 * lens.k2, b = 3 * lens.k1;
-  if (!(1 + r2 * (b + r2 * a) > 0)) return false;
-  const double lowest = -b / (2 * a); // of the parabola in r^2, if it opens upwards
-  return !(a > 0 && lowest > 0 && lowest < r2 && 1 + lowest * b / 2 <= 0);
+  const double a = 7 * lens.k3, b = 5 * lens.k2, c = 3 * lens.k1;
+  const auto isRising = [&](double s) { return 1 + s * (c + s * (b + s * a)) > 0; };
+  const auto isRisingBefore = [&](double s) { return !(s > 0 && s < r2) || isRising(s); };
+  if (!isRising(r2)) return false;
+  if (a == 0) return isRisingBefore(-c / (2 * b)); // infinite or not a number without k2: no extremum
+  const double discriminant = b * b - 3 * a * c;   // of 3 a s^2 + 2 b s + c
+  if (!(discriminant > 0)) return true;
+  const double q = -(b + std::copysign(std::sqrt(discriminant), b)); // the root without cancellation
+  return isRisingBefore(q / (3 * a)) && isRisingBefore(c / q);
 }
 
 } // namespace

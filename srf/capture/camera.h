@@ -19,8 +19,9 @@ struct Lens {
   double focalX = 1, focalY = 1;         // pixels; orthographic: pixels per scene unit
   double centerX = 0, centerY = 0;       // pixels
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0; // on y-down normalised image coordinates
+  double k3 = 0;
 
-  bool distorts() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0; }
+  bool distorts() const { return k1 != 0 || k2 != 0 || k3 != 0 || p1 != 0 || p2 != 0; }
   friend bool operator==(const Lens&, const Lens&) = default;
 };
 

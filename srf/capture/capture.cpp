@@ -433,9 +433,9 @@ ViewGrouping::ViewKey ViewGrouping::keyOf(const std::optional<std::string>& came
   const Lens& lens = camera.lens;
   const auto& pose = camera.cameraFromWorld;
   ViewKey key{cameraName, {}};
-  Eigen::Map<Eigen::Matrix<double, 23, 1>>(key.second.data()) << static_cast<double>(lens.model), lens.width,
+  Eigen::Map<Eigen::Matrix<double, 24, 1>>(key.second.data()) << static_cast<double>(lens.model), lens.width,
       lens.height, lens.focalX, lens.focalY, lens.centerX, lens.centerY, lens.k1, lens.k2, lens.p1, lens.p2,
-      pose.rotation().reshaped(), pose.translation();
+      lens.k3, pose.rotation().reshaped(), pose.translation();
   return key;
 }
 

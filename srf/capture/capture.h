@@ -6,7 +6,7 @@
 //   { "color_space": "linear" or "srgb", or "response": { "r", "g", "b": 256 exposures },
 //     "geometry": "mesh.ply", "origin": [x, y, z], "calibration": { notes for people },
 //     "w", "h", "fl_x", "fl_y", "cx", "cy": pixels, "camera_angle_x", "camera_angle_y": radians, "x_fov",
-//     "y_fov": degrees, "k1", "k2", "p1", "p2",
+//     "y_fov": degrees, "k1", "k2", "k3", "p1", "p2",
 //     "camera_model": "pinhole" or "orthographic" with "ortho_height", scene units,
 //     "lights": [{ "name", "cluster", "type": "directional", "direction", "irradiance": [r, g, b],
 //                  "irradiance_gradient": [x, y, z] },
@@ -164,7 +164,7 @@ public:
 
 private:
   // The camera's name, if any, then the numbers of lens and pose.
-  using ViewKey = std::pair<std::optional<std::string>, std::array<double, 23>>;
+  using ViewKey = std::pair<std::optional<std::string>, std::array<double, 24>>;
 
   // Last photograph of a pose, light and split, and the view it belongs to.
   struct Shot {

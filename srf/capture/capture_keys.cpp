@@ -38,9 +38,9 @@ constexpr auto kOfFrame =
                                 "mask_path", "pl_intensity", "pl_pos", "split", "time", "transform_matrix"});
 
 // Keys of a lens, allowed in the capture or in a frame.
-constexpr auto kOfLens =
-    to_array<std::string_view>({"camera_angle_x", "camera_angle_y", "camera_model", "cx", "cy", "fl_x",
-                                "fl_y", "h", "k1", "k2", "ortho_height", "p1", "p2", "w", "x_fov", "y_fov"});
+constexpr auto kOfLens = to_array<std::string_view>({"camera_angle_x", "camera_angle_y", "camera_model", "cx",
+                                                     "cy", "fl_x", "fl_y", "h", "k1", "k2", "k3",
+                                                     "ortho_height", "p1", "p2", "w", "x_fov", "y_fov"});
 
 // ---------------------------------------------------------------------------------------------------------
 // Harmless keys, in the capture or in a frame.
@@ -78,7 +78,7 @@ struct Reason {
   std::string_view expected, neutral = {};
 };
 
-constexpr Reason kLens{"none: lenses are pinholes with k1, k2, p1, p2; undistort the pictures first",
+constexpr Reason kLens{"none: lenses are pinholes with k1, k2, k3, p1, p2; undistort the pictures first",
                        "pinhole simple_pinhole perspective opencv"};
 constexpr Reason kFocal{"none: fl_x, fl_y, cx and cy are read instead"};
 constexpr Reason kAxes{"OpenGL's axes: x right, y up, looking along -z", "opengl blender"};
@@ -101,8 +101,7 @@ struct Unsupported {
 };
 
 constexpr auto kUnsupported = to_array<Unsupported>({
-    {"k3", kLens}, // lenses [instant-ngp, read_lens; nerfstudio]
-    {"k4", kLens},
+    {"k4", kLens}, // lenses [instant-ngp, read_lens; nerfstudio]
     {"k5", kLens},
     {"k6", kLens},
     {"p3", kLens},
@@ -318,6 +317,7 @@ LensFields readLensFields(const Json& object) {
           .centerY = optional(object, "cy", coordinateOf),
           .k1 = optional(object, "k1", numberOf),
           .k2 = optional(object, "k2", numberOf),
+          .k3 = optional(object, "k3", numberOf),
           .p1 = optional(object, "p1", numberOf),
           .p2 = optional(object, "p2", numberOf)};
 }
@@ -343,6 +343,7 @@ LensFields inherit(LensFields frame, const LensFields& capture) {
   take(frame.centerY, capture.centerY);
   take(frame.k1, capture.k1);
   take(frame.k2, capture.k2);
+  take(frame.k3, capture.k3);
   take(frame.p1, capture.p1);
   take(frame.p2, capture.p2);
   return frame;
@@ -387,6 +388,7 @@ Lens lensOf(const LensFields& fields) {
   lens.centerY = fields.centerY.value_or(lens.height / 2.);
   lens.k1 = fields.k1.value_or(0);
   lens.k2 = fields.k2.value_or(0);
+  lens.k3 = fields.k3.value_or(0);
   lens.p1 = fields.p1.value_or(0);
   lens.p2 = fields.p2.value_or(0);
   return lens;

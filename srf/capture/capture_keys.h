@@ -43,7 +43,7 @@ struct LensFields {
   std::optional<Lens::Model> model = {};
   std::optional<int> width = {}, height = {};
   std::optional<double> focalX = {}, focalY = {}, angleX = {}, angleY = {}, orthoHeight = {};
-  std::optional<double> centerX = {}, centerY = {}, k1 = {}, k2 = {}, p1 = {}, p2 = {};
+  std::optional<double> centerX = {}, centerY = {}, k1 = {}, k2 = {}, k3 = {}, p1 = {}, p2 = {};
 };
 
 LensFields readLensFields(const Json& object);

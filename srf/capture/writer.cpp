@@ -32,6 +32,7 @@ OrderedJson lensJson(const Lens& lens) {
     json["fl_y"] = lens.focalY;
   }
   if (lens.distorts()) json.update({{"k1", lens.k1}, {"k2", lens.k2}, {"p1", lens.p1}, {"p2", lens.p2}});
+  if (lens.k3 != 0) json["k3"] = lens.k3;
   return json;
 }
 

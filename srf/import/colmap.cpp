@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <map>
 
 namespace surflect::importers {
@@ -334,9 +335,10 @@ capture::Lens colmapLens(std::string_view model, int width, int height, std::spa
   lens.k2 = rest[3];
   if (model == "RADIAL") return lens;
   lens.p1 = rest[4], lens.p2 = rest[5];
-  const auto further = rest.subspan(6);
+  const auto further = rest.subspan(model == "FULL_OPENCV" ? 7 : 6);
+  if (model == "FULL_OPENCV") lens.k3 = rest[6];
   if (std::any_of(further.begin(), further.end(), [](double k) { return k != 0; }))
-    throw Error::mismatch(kKnown, std::string(model) + " with k3 to k6 that are not 0").at("MODEL");
+    throw Error::mismatch(kKnown, std::string(model) + " with k4 to k6 that are not 0").at("MODEL");
   return lens;
 }
 
@@ -355,6 +357,9 @@ std::vector<fs::path> findColmapModels(const fs::path& folder) {
   std::erase_if(folders, [](const fs::path& model) {
     return !isFile(model / "cameras.bin") && !isFile(model / "cameras.txt");
   });
+  // A table of one's own may be called cameras.txt too.
+  const auto isWhole = [](const fs::path& model) { return isFile(imagesFileOf(model)); };
+  if (std::ranges::any_of(folders, isWhole)) std::erase_if(folders, std::not_fn(isWhole));
   return folders;
 }
 

@@ -14,11 +14,12 @@
 namespace surflect::importers {
 
 // Folders with cameras.bin or cameras.txt: the given one, and those below where COLMAP's tools put models.
+// Those without images.bin or images.txt count if no other has it.
 std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path& folder);
 
 // Reads the largest model; every registered picture is a view of its own, under fixed light. `images` is the
 // folder that names are relative to; empty: folder/images. Models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL,
-// RADIAL, OPENCV, and FULL_OPENCV with k3 to k6 equal to 0. Throws Error.
+// RADIAL, OPENCV, and FULL_OPENCV with k4 to k6 equal to 0. Throws Error.
 ForeignCapture readColmap(const std::filesystem::path& folder, const std::filesystem::path& images,
                           bool allowOutside);
 

@@ -12,8 +12,10 @@
 #include "srf/import/colmap.h"
 #include "srf/import/made_masks.h"
 #include "srf/import/masks.h"
+#include "srf/import/metashape.h"
 #include "srf/import/middlebury.h"
 #include "srf/import/output_folder.h"
+#include "srf/import/similarity.h"
 #include "srf/import/text.h"
 #include "srf/import/transforms.h"
 #include "surfel/base/error.h"
@@ -165,9 +167,14 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
 ForeignCapture readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
   fs::path folder = isFolder(source) ? source : source.parent_path();
   if (folder.empty()) folder = ".";
+  if (!options.chunks.empty() && format != ImportFormat::metashape)
+    throw Error("chunks are Metashape's, and the source is not").at("--chunks").in(source);
   switch (format) {
   case ImportFormat::colmap:
     return readColmap(folder, options.images, options.allowOutside);
+  case ImportFormat::metashape:
+    return readMetashape(isFolder(source) ? source / "cameras.xml" : source,
+                         {options.images, options.chunks, options.allowOutside});
   case ImportFormat::transforms:
     return readTransforms(source, options.allowOutside);
   case ImportFormat::middlebury: {
@@ -516,6 +523,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
   std::error_code problem;
   if (!isFolder(source)) {
     if (source.extension() == ".json") return ImportFormat::transforms;
+    if (source.extension() == ".xml") return ImportFormat::metashape;
     if (source.filename().string().ends_with("_par.txt")) return ImportFormat::middlebury;
     if (source.extension() == ".lp" || source.extension() == ".txt") return ImportFormat::lights;
   } else {
@@ -523,6 +531,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
       return ImportFormat::lights;
     if (findTransforms(source)) return ImportFormat::transforms;
     if (!findColmapModels(source).empty()) return ImportFormat::colmap;
+    if (isFile(source / "cameras.xml")) return ImportFormat::metashape;
     if (findParameters(source)) return ImportFormat::middlebury;
     if (findLights(source)) return ImportFormat::lights;
     if (fs::directory_iterator(source, problem); problem)
@@ -530,7 +539,7 @@ ImportFormat formatOfSource(const fs::path& source, const ImportOptions& options
   }
   throw Error(
       "no format known: expected transforms.json (or transforms_train.json), cameras.bin or cameras.txt "
-      "(also in sparse/0), *_par.txt, *.lp, lights.txt or light_directions.txt")
+      "(also in sparse/0), cameras.xml of Metashape, *_par.txt, *.lp, lights.txt or light_directions.txt")
       .in(source);
 }
 
@@ -577,6 +586,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   OutputFolder folder(output);
   ForeignCapture source = readSource(sourcePath, report.format, options);
   if (!options.mesh.empty()) source.capture.geometry = options.mesh;
+  if (!options.cameraPlaces.empty()) moveToPlaces(source, options.cameraPlaces, options.lamps.pattern);
   if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
   if (options.masks) dropMasks(source);
@@ -595,7 +605,7 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   }
   fitLenses(source, progress);
   decodePictures(source, options.fixPremult, progress);
-  noteUnused(source, report.format == ImportFormat::colmap);
+  noteUnused(source, report.format == ImportFormat::colmap || report.format == ImportFormat::metashape);
   if (!options.masks) noteMasks(source, options.invertMasks, progress);
   bringNear(source);
   Copies copies(source.files.root, folder.temporaryPath());

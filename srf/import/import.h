@@ -41,20 +41,22 @@ void noteMasks(ForeignCapture& source, bool inverted, const Progress& progress);
 // requested layer.
 std::string colorsTaken(const capture::Capture& capture, const Progress& progress);
 
-enum class ImportFormat { colmap, transforms, middlebury, lights };
+enum class ImportFormat { colmap, metashape, transforms, middlebury, lights };
 
 struct ImportOptions {
   std::optional<ImportFormat> format; // none: detected by formatOfSource
-  std::filesystem::path images; // COLMAP: folder that names are relative to; empty: images/ of the source
-  std::filesystem::path mesh;   // the object's, instead of the source's geometry; empty: the source's
-  std::filesystem::path lights; // light file of a folder of photographs; empty: the one in it
+  std::filesystem::path images; // COLMAP, Metashape: folder of the photographs; empty: images/ of the source
+  std::vector<std::string> chunks; // Metashape: labels of those to import; empty: the largest
+  std::filesystem::path mesh;      // the object's, instead of the source's geometry; empty: the source's
+  std::filesystem::path lights;    // light file of a folder of photographs; empty: the one in it
   LitViewOptions litView;
-  LampOptions lamps;               // lights of photographs whose poses come without them
-  std::vector<std::string> test;   // cameras and lights to hold out, in addition to the source's
-  size_t testEvery = 0;            // hold out each Nth camera, or light if there is one view; 0: none
-  std::optional<MaskMaking> masks; // makes masks, replacing the source's
-  bool invertMasks = false;        // the source's masks are black on the object
-  bool fixPremult = false;         // the source's PNG have colours that are multiplied by alpha
+  std::filesystem::path cameraPlaces; // known places, to whose world poses are brought; empty: none
+  LampOptions lamps;                  // lights of photographs whose poses come without them
+  std::vector<std::string> test;      // cameras and lights to hold out, in addition to the source's
+  size_t testEvery = 0;               // hold out each Nth camera, or light if there is one view; 0: none
+  std::optional<MaskMaking> masks;    // makes masks, replacing the source's
+  bool invertMasks = false;           // the source's masks are black on the object
+  bool fixPremult = false;            // the source's PNG have colours that are multiplied by alpha
   std::optional<capture::ColorSpace> colorSpace; // of all pictures, overriding the source
   bool unevenLights = false;                     // estimates gradients together with unknown strengths
   bool recoverResponse = false;                  // estimates the camera's response from exposure brackets
@@ -70,8 +72,8 @@ struct ImportReport {
 };
 
 // Format that the options state, or else the first found of: a light file that the options name,
-// transforms.json or transforms_train.json, a COLMAP model, *_par.txt, a light file. Throws Error that lists
-// these if none is found.
+// transforms.json or transforms_train.json, a COLMAP model, cameras.xml, *_par.txt, a light file. Throws
+// Error that lists these if none is found.
 ImportFormat formatOfSource(const std::filesystem::path& source, const ImportOptions& options);
 
 // Reads a source, decodes its pictures, copies them unchanged (but for fixPremult) into images/ and masks/,

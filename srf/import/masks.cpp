@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -80,6 +81,16 @@ Candidates candidatesFor(const fs::path& picture, std::span<const Place> places,
     if (look(folder / name.parent_path(), folder.parent_path(), keys)) return found;
   look(picture.parent_path(), picture.parent_path(), std::span(keys).last(withSuffix));
   return found;
+}
+
+// Mask of a view's name in a folder of masks, for photographs that differ in light alone.
+std::optional<fs::path> maskOfCamera(const std::string& camera, std::span<const fs::path> folders,
+                                     const std::set<fs::path>& inUse, Listings& listings) {
+  const fs::path name(camera);
+  for (const fs::path& folder : folders)
+    for (const fs::path& mask : listings.of(folder / name.parent_path(), name.filename().string()))
+      if (!inUse.contains(mask.lexically_normal())) return mask;
+  return std::nullopt;
 }
 
 // Returns whether a folder's name tells of masks, though masks are not looked up there.
@@ -160,7 +171,12 @@ void findMasks(ForeignCapture& source) {
         placesFor(picture, source.files.root.lexically_normal(), source.maskFolders);
     for (const Place& place : places) searched.insert(place.folder.lexically_normal());
     if (!frames[f].mask.empty()) continue;
-    const auto [candidates, bounds] = candidatesFor(picture, places, inUse, listings);
+    auto [candidates, bounds] = candidatesFor(picture, places, inUse, listings);
+    if (const std::string& camera = source.capture.views[frames[f].view].identity; candidates.empty())
+      if (auto mask = maskOfCamera(camera, source.maskFolders, inUse, listings)) {
+        bounds = mask->parent_path();
+        candidates = {*std::move(mask)};
+      }
     if (candidates.empty()) continue;
     SourceFiles{bounds, source.files.allowOutside}.check(candidates[0]);
     claims[candidates[0]].push_back(f);

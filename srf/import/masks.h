@@ -2,7 +2,8 @@
 //
 // The mask of 01.jpg is 01.jpg.png [COLMAP FAQ, "Mask image regions"], 01.png (or another format), mask_01,
 // or either name with the suffix _mask, -mask or .mask, in a folder masks/ or mask/ with the pictures'
-// subfolders; or one with such a suffix beside 01.jpg.
+// subfolders; or one with such a suffix beside 01.jpg. A mask of a camera's name in masks/ or mask/ is that
+// of all its photographs without one.
 #pragma once
 
 #include "srf/import/foreign_capture.h"

@@ -167,6 +167,38 @@ class Import(TestInFolder):
             self.assertEqual(result.returncode, 1)
             self.assertIn("transforms.json: frames[1].is_fisheye: found true, expected ", result.stderr)
 
+    def test_metashape_cameras_are_brought_to_known_places_with_their_lamps(self):
+        source = self.folder / "shoot"
+        places = [(0, 0, 4), (4, 0, 0), (0, 4, 0), (3, 3, 3)]
+        cameras = ""
+        for index, (x, y, z) in enumerate(places):
+            for light in ("left", "right"):
+                (source / "images").mkdir(parents=True, exist_ok=True)
+                write_png(source / "images" / f"c{index}_{light}.png", [[100] * 8] * 6)
+            cameras += (f'<camera id="{index}" sensor_id="0" label="c{index}_left"><transform>1 0 0 {x / 2} 0 1 0 {y / 2} '
+                        f'0 0 1 {z / 2} 0 0 0 1</transform></camera>')
+        description = ('<document version="2.0.0"><chunk label="Chunk 1"><sensors><sensor id="0" type="frame">'
+                       '<calibration type="frame"><resolution width="8" height="6"/><f>9</f></calibration></sensor></sensors>'
+                       f'<cameras>{cameras}</cameras></chunk></document>')
+        (source / "cameras.xml").write_text(description)
+        (source / "places.txt").write_text("".join(f"c{i} {x} {y} {z}\n" for i, (x, y, z) in enumerate(places)))
+        (source / "lamps.txt").write_text("left -5 0 5\nright 5 0 5\n")
+        command = ["import", source, "--pattern", "{camera}_{light}.png", "--lights", source / "lamps.txt",
+                   "--positions", "--camera-places", source / "places.txt"]
+        report = succeed(*command, "-o", self.folder / "shoot-capture")
+        self.assertEqual((report["format"], report["views"], report["lights"]), ("metashape", 4, 2))
+        self.assertIn("4 known places of cameras: scaled by 2,", " ".join(report["notes"]))
+        capture = json.loads((self.folder / "shoot-capture/transforms.json").read_text())
+        for frame in capture["frames"]:
+            for row, wanted in zip(frame["transform_matrix"], places[int(frame["camera"][1:])]):
+                self.assertAlmostEqual(row[3], wanted, delta=1e-12)
+        (source / "cameras.xml").write_text(description[:-20])
+        result = run(*command, "-o", self.folder / "cut")
+        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.stderr.strip().count("\n"), 0)
+        self.assertIn("cameras.xml: line 1: found no complete XML", result.stderr)
+        self.assertFalse((self.folder / "cut").exists())
+
     def test_a_folder_that_holds_something_is_left_alone(self):
         out = self.folder / "mine"
         out.mkdir()

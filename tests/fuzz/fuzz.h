@@ -21,6 +21,7 @@
   DO(lit_view)                                                                                               \
   DO(manifest)                                                                                               \
   DO(mesh_sequence)                                                                                          \
+  DO(metashape)                                                                                              \
   DO(middlebury)                                                                                             \
   DO(obj)                                                                                                    \
   DO(opacity_views)                                                                                          \

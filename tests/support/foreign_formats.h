@@ -29,6 +29,7 @@ struct ColmapImage {
 // The parameters of a camera in COLMAP's order, and the camera as far as the model can say it.
 inline std::pair<std::vector<double>, VisionCamera> asColmapModel(const std::string& model, VisionCamera c) {
   if (model != "PINHOLE" && model != "OPENCV" && model != "FULL_OPENCV") c.fy = c.fx;
+  if (model != "FULL_OPENCV") c.k3 = 0;
   if (model.ends_with("PINHOLE")) c.k1 = c.k2 = c.p1 = c.p2 = 0;
   if (model.ends_with("RADIAL")) c.p1 = c.p2 = 0;
   if (model == "SIMPLE_RADIAL") c.k2 = 0;
@@ -38,7 +39,7 @@ inline std::pair<std::vector<double>, VisionCamera> asColmapModel(const std::str
       {"SIMPLE_RADIAL", {c.fx, c.cx, c.cy, c.k1}},
       {"RADIAL", {c.fx, c.cx, c.cy, c.k1, c.k2}},
       {"OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}},
-      {"FULL_OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 0, 0, 0, 0}}};
+      {"FULL_OPENCV", {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, 0, 0, 0}}};
   return {parameters.at(model), c};
 }
 
@@ -103,6 +104,72 @@ inline std::string colmapImagesBinary(const std::vector<ColmapImage>& images) {
     if (i % 2) putBytes(bytes, 1.5, 2.5, int64_t{-1});
   }
   return bytes;
+}
+
+// ---------------------------------------------------------------------------------------------------------
+// Metashape: a <chunk> of cameras with a sensor each, whose own space is brought to the world by scale,
+// rotation and translation.
+
+struct MetashapeChunk {
+  std::string label = "Chunk 1";
+  double scale = 1;
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Vec3<double> translation = Vec3<double>::Zero();
+};
+
+inline std::string rowsText(const Mat3<double>& m) {
+  return row(m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2));
+}
+
+// x_camera = R x_world + t and x_world = s Q x_chunk + b, so that x_camera / s = R Q x_chunk + (R b + t) / s.
+inline std::string metashapeCamera(size_t id, const std::string& label, const VisionCamera& c,
+                                   const MetashapeChunk& chunk) {
+  const Mat3<double> r = (c.rotation * chunk.rotation).toRotationMatrix().transpose();
+  const Vec3<double> place = -(r * (c.rotation * chunk.translation + c.translation)) / chunk.scale;
+  return "<camera id=\"" + std::to_string(id) + "\" sensor_id=\"" + std::to_string(id) +
+         "\" component_id=\"0\" label=\"" + label + "\"><transform>" +
+         row(r(0, 0), r(0, 1), r(0, 2), place[0], r(1, 0), r(1, 1), r(1, 2), place[1]) + " " +
+         row(r(2, 0), r(2, 1), r(2, 2), place[2], 0., 0., 0., 1.) + "</transform></camera>\n";
+}
+
+inline std::string metashapeSensor(size_t id, const VisionCamera& c) {
+  std::string numbers;
+  for (const auto& [name, value] : {std::pair("f", c.fy),
+                                    {"b1", c.fx - c.fy},
+                                    {"cx", c.cx - c.width / 2.},
+                                    {"cy", c.cy - c.height / 2.},
+                                    {"k1", c.k1},
+                                    {"k2", c.k2},
+                                    {"k3", c.k3},
+                                    {"p1", c.p2},
+                                    {"p2", c.p1}})
+    numbers += "<" + std::string(name) + ">" + digits(value) + "</" + name + ">";
+  const std::string size =
+      "<resolution width=\"" + std::to_string(c.width) + "\" height=\"" + std::to_string(c.height) + "\"/>";
+  return "<sensor id=\"" + std::to_string(id) + "\" label=\"unknown\" type=\"frame\">" + size +
+         "<calibration type=\"frame\" class=\"adjusted\">" + size + numbers + "</calibration></sensor>\n";
+}
+
+// `inside` goes into the list of cameras as it is.
+inline std::string metashapeChunk(const MetashapeChunk& chunk,
+                                  const std::vector<std::pair<std::string, VisionCamera>>& cameras,
+                                  const std::string& inside = "") {
+  std::string sensors, list;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    sensors += metashapeSensor(i, cameras[i].second);
+    list += metashapeCamera(i, cameras[i].first, cameras[i].second, chunk);
+  }
+  return "<chunk label=\"" + chunk.label + "\" enabled=\"true\">\n<sensors>" + sensors +
+         "</sensors>\n<components><component id=\"0\" label=\"Component 1\"><transform><rotation>" +
+         rowsText(chunk.rotation.toRotationMatrix()) + "</rotation><translation>" +
+         row(chunk.translation[0], chunk.translation[1], chunk.translation[2]) + "</translation><scale>" +
+         digits(chunk.scale) + "</scale></transform></component></components>\n<cameras>" + list + inside +
+         "</cameras>\n</chunk>\n";
+}
+
+inline std::string metashapeDocument(const std::string& chunks) {
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<document version=\"2.0.0\">\n" + chunks +
+         "</document>\n";
 }
 
 // ---------------------------------------------------------------------------------------------------------

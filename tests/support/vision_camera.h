@@ -14,11 +14,12 @@ struct VisionCamera {
   Vec3<double> translation;
   double fx = 0, fy = 0, cx = 0, cy = 0, k1 = 0, k2 = 0, p1 = 0, p2 = 0;
   int width = 0, height = 0;
+  double k3 = 0;
 
   Vec2<double> project(const Vec3<double>& world) const {
     const Vec3<double> p = rotation * world + translation;
     const double x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-    const double radial = 1 + k1 * r2 + k2 * r2 * r2;
+    const double radial = 1 + k1 * r2 + k2 * r2 * r2 + k3 * r2 * r2 * r2;
     return {fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx,
             fy * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + cy};
   }
@@ -39,7 +40,8 @@ inline VisionCamera visionCameraOf(const capture::Camera<AcquisitionSpace>& came
           lens.p1,
           lens.p2,
           lens.width,
-          lens.height};
+          lens.height,
+          lens.k3};
 }
 
 // A number with all its digits.

@@ -28,7 +28,7 @@ void requirePlainPinholes(const capture::Capture& capture) {
           .at("view " + view.identity)
           .in(capture.file);
     for (const auto& [name, value] :
-         {std::pair("k1", lens.k1), {"k2", lens.k2}, {"p1", lens.p1}, {"p2", lens.p2}})
+         {std::pair("k1", lens.k1), {"k2", lens.k2}, {"k3", lens.k3}, {"p1", lens.p1}, {"p2", lens.p2}})
       if (value != 0)
         throw Error::mismatch("0, as pictures must be free of distortion", numberText(value))
             .at("view " + view.identity + ": " + name)

@@ -28,7 +28,8 @@ protected:
             uniform(-0.15, 0.15),
             uniform(-0.02, 0.02),
             uniform(-0.01, 0.01),
-            uniform(-0.01, 0.01)};
+            uniform(-0.01, 0.01),
+            uniform(-0.005, 0.005)};
   }
   Pixel anyPixel(const Lens& lens) { return {uniform(0, lens.width), uniform(0, lens.height)}; }
   Rigid<CameraSpace, AcquisitionSpace> anyPose() {
@@ -83,7 +84,7 @@ TEST_F(CameraTest, NothingBehindAPinholeIsInThePicture) {
 TEST_F(CameraTest, AProjectorSaysWhatTheCameraDoes) {
   for (int i = 0; i < 600; ++i) {
     Camera<AcquisitionSpace> camera{distortedLens(), anyPose()};
-    if (i % 3 > 0) camera.lens.k1 = camera.lens.k2 = camera.lens.p1 = camera.lens.p2 = 0;
+    if (i % 3 > 0) camera.lens.k1 = camera.lens.k2 = camera.lens.k3 = camera.lens.p1 = camera.lens.p2 = 0;
     if (i % 3 > 1) camera.lens.model = Lens::Model::orthographic;
     const Projector<AcquisitionSpace> project(camera);
     for (int j = 0; j < 20; ++j) {
@@ -110,6 +111,23 @@ TEST_F(CameraTest, PointsBeyondTheFoldOfTheDistortionAreNotInThePicture) {
   for (double x = 1.3; x < 20; x *= 1.1) EXPECT_FALSE(project(lens, {x, 0, -1})) << x;
   lens.k2 = 0.1; // never turns
   for (double x = 1.3; x < 20; x *= 1.1) EXPECT_TRUE(project(lens, {x, 0, -1})) << x;
+}
+
+// The first zero of d/dr (r + k1 r^3 + k2 r^5 + k3 r^7), found in small steps, is the fold.
+TEST_F(CameraTest, TheFoldOfThreeRadialTermsIsWhereTheyFirstTurn) {
+  for (int i = 0; i < 300; ++i) {
+    Lens lens{Lens::Model::pinhole, 640, 480, 500, 500, 320, 240};
+    lens.k1 = uniform(-0.5, 0.5), lens.k2 = uniform(-0.3, 0.3), lens.k3 = uniform(-0.1, 0.1);
+    bool hasTurned = false;
+    for (double r = 0; r < 3; r += 1e-3) {
+      const double r2 = r * r,
+                   slope = 1 + 3 * lens.k1 * r2 + 5 * lens.k2 * r2 * r2 + 7 * lens.k3 * r2 * r2 * r2;
+      hasTurned |= slope <= 0;
+      if (std::abs(slope) > 0.01) {
+        ASSERT_EQ(project(lens, {r, 0, -1}).has_value(), !hasTurned) << r;
+      }
+    }
+  }
 }
 
 TEST_F(CameraTest, OrthographicRaysAreParallelAndKeepTheirPixel) {

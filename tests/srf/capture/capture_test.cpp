@@ -22,7 +22,7 @@ TEST_F(CaptureFile, EveryFieldIsRead) {
   ASSERT_EQ(capture.views.size(), 1u);
   EXPECT_EQ(capture.views[0].identity, "C00");
   EXPECT_EQ(capture.views[0].camera.lens,
-            (Lens{Lens::Model::pinhole, 6, 4, 10.5, 11.5, 3.25, 1.75, 0.01, 0.02, 0.03, 0.04}));
+            (Lens{Lens::Model::pinhole, 6, 4, 10.5, 11.5, 3.25, 1.75, 0.01, 0.02, 0.03, 0.04, 0.005}));
   EXPECT_EQ(capture.views[0].camera.center(), (Point3<AcquisitionSpace, double>(0, 0, 5)));
   EXPECT_EQ(capture.frames,
             (std::vector<Frame>{{0, 0, "images/a.png", "", "", 0.5, "mask.png", Split::train},
@@ -93,7 +93,7 @@ TEST_F(CaptureFile, KeysThatChangeTheMeaningAreRefusedUnlessTheySayNothing) {
   }
   Json json = small();
   json.update({{"is_fisheye", false},
-               {"k3", 0},
+               {"k4", 0},
                {"ftheta_p0", 0.0},
                {"rolling_shutter", {0, 0, 0, 0}},
                {"lens_mode", "Perspective"},
@@ -218,8 +218,8 @@ TEST_F(CaptureFile, WhatAFrameSaysOverridesTheCapture) {
   const Lens &first = capture.views[0].camera.lens, &second = capture.views[1].camera.lens;
   EXPECT_EQ(first.focalX, 10.5);
   EXPECT_NEAR(second.focalX, 4, 1e-14); // its angle, not the capture's fl_x
-  EXPECT_EQ(second,
-            (Lens{Lens::Model::pinhole, 8, 2, second.focalX, second.focalX, 4, 1.75, 0, 0.02, 0.03, 0.04}));
+  EXPECT_EQ(second, (Lens{Lens::Model::pinhole, 8, 2, second.focalX, second.focalX, 4, 1.75, 0, 0.02, 0.03,
+                          0.04, 0.005}));
 }
 
 TEST_F(CaptureFile, AnOrthographicLensHasItsHeightInSceneUnits) {

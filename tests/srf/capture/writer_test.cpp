@@ -33,7 +33,7 @@ protected:
   }
   View view(int index, bool oneLens) {
     const Eigen::Quaterniond q(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
-    Lens lens{Lens::Model::pinhole, 6, 4, 9.1, 9.7, 3.3, 1.9, 0.1, 0.02, 0.003, 0.0004};
+    Lens lens{Lens::Model::pinhole, 6, 4, 9.1, 9.7, 3.3, 1.9, 0.1, 0.02, 0.003, 0.0004, 0.005};
     if (!oneLens && index % 2) lens = {Lens::Model::orthographic, 6, 4, 8, 8, 3, 2};
     if (!oneLens) lens.centerX = uniform(2, 4);
     return {numbered("C", index / 2), {lens, {q.normalized().toRotationMatrix(), {uniform(-5, 5), 1, 2}}}};

@@ -160,7 +160,7 @@ TEST_F(WrongCapture, ValuesOutOfRangeAreNamed) {
                                                  {"/fl_x", 0},
                                                  {"/fl_y", -1},
                                                  {"/camera_angle_x", 3.2},
-                                                 {"/k3", 0.1},
+                                                 {"/k5", 0.1},
                                                  {"/camera_model", "OPENCV_FISHEYE"},
                                                  {"/color_space", "sRGB"},
                                                  {"/frames", Json::array()},

@@ -181,7 +181,7 @@ TEST_F(Colmap, ShrunkPicturesShrinkTheLens) {
 }
 
 TEST_F(Colmap, OtherModelsAreNamed) {
-  const std::vector<double> twelve{20, 20, 8, 6, 0, 0, 0, 0, 0.01, 0, 0, 0};
+  const std::vector<double> twelve{20, 20, 8, 6, 0, 0, 0, 0, 0, 0.01, 0, 0};
   for (const auto& [model, count] :
        {std::pair("OPENCV_FISHEYE", 8), std::pair("FULL_OPENCV", 12), std::pair("FOV", 5),
         std::pair("SIMPLE_RADIAL_FISHEYE", 4), std::pair("RADIAL_FISHEYE", 5),

@@ -30,8 +30,8 @@ public:
     camera.fx = uniform(18, 22), camera.fy = uniform(18, 22);
     camera.cx = uniform(7, 9), camera.cy = uniform(5, 7);
     if (distorts)
-      camera.k1 = uniform(-0.1, 0.1), camera.k2 = uniform(-0.05, 0.05), camera.p1 = uniform(-0.01, 0.01),
-      camera.p2 = uniform(-0.01, 0.01);
+      camera.k1 = uniform(-0.1, 0.1), camera.k2 = uniform(-0.05, 0.05), camera.k3 = uniform(-0.02, 0.02),
+      camera.p1 = uniform(-0.01, 0.01), camera.p2 = uniform(-0.01, 0.01);
     return camera;
   }
 
