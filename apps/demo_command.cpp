@@ -19,6 +19,8 @@ namespace surflect {
 
 namespace {
 
+constexpr const char* kModel = "doll.srf";
+
 struct DemoArguments {
   std::string output = "demo";
   bool quick = false;
@@ -63,19 +65,22 @@ void encode(const scene::Script& script, const std::filesystem::path& frames,
 
 Json runDemo(const DemoArguments& arguments, const Progress& progress) {
   const std::filesystem::path examples = examplesFolder(), folder = arguments.output;
-  const std::filesystem::path model = folder / "doll.srf", script = folder / "film.toml";
+  const std::filesystem::path model = folder / kModel, script = folder / "film.toml";
   createFolder(folder);
   if (std::filesystem::exists(model / model::kManifestFile))
     say(fmt::format("{} is there already", model.string()));
   else
-    run(addPackCommand, // about one surfel a pixel of the photographs
-        {"pack", (examples / "doll").string(), "-o", model.string(), "--surfels", "250000", "--tables",
+    run(addPackCommand, // fewer leave gaps between skirt and base
+        {"pack", (examples / "doll").string(), "-o", model.string(), "--surfels", "400000", "--tables",
          "off"},
         progress);
-  if (!std::filesystem::exists(script)) {
+  if (std::filesystem::exists(script)) {
+    const std::string model = Json::parse(scene::scriptValues(readFile(script), script)).value("model", "");
+    if (model != kModel) throw Error::mismatch(std::string(kModel), model).at("model").in(script);
+  } else {
     const std::string text = readFile(examples / "doll.toml");
     Json values = Json::parse(scene::scriptValues(text, script));
-    values["model"] = "doll.srf";
+    values["model"] = kModel;
     writeFileAtomically(script, std::string_view(scene::withValues(text, script, values.dump())));
   }
   const std::filesystem::path frames = folder / (arguments.quick ? "quick" : "frames");

@@ -46,7 +46,7 @@ std::string_view nearestName(std::string_view name, std::span<const std::string_
     const bool isNear = 3 * distance <= std::max(typed.size(), other.size()) + 1;
     const bool isOtherNumber = distance > 0 && withoutDigits(typed) == withoutDigits(other);
     const std::pair found(!isBegun, distance);
-    if ((isBegun || (isNear && !isOtherNumber)) && found < least) {
+    if (!isOtherNumber && (isBegun || isNear) && found < least) {
       least = found;
       nearest = each;
     }

@@ -60,9 +60,9 @@ inline std::string lowerCase(std::string_view text) {
 // Number of letters to insert, delete, replace, or swap with the next one (optimal string alignment).
 size_t editDistance(std::string_view a, std::string_view b);
 
-// Known name that begins with the name, if it has three letters or more; else the one of smallest distance in
-// lower case, the first of equals. Empty if none is near: at most a third of the letters differ, and not the
-// digits alone, as C12 and C13 are two things.
+// Known name that begins with the typed one, if that has three letters or more; else the nearest by
+// editDistance d in lower case, the first of equals. Empty if none is near, 3 d <= 1 + letters of the longer
+// name; or if only digits differ, as C12 and C13 are two things.
 std::string_view nearestName(std::string_view name, std::span<const std::string_view> known);
 
 // "; did you mean fov_deg?", the end of a message; empty if no known name is near. `before` stands before the

@@ -2,6 +2,10 @@
 // [Embree 4 API, rtcInitIntersectArguments, rtcInitOccludedArguments].
 #pragma once
 
+#ifndef SURFLECT_EMBREE
+#error "SURFLECT_EMBREE is the version of Embree, 3 or 4"
+#endif
+
 #if SURFLECT_EMBREE == 3
 #include <embree3/rtcore.h>
 #else
@@ -31,15 +35,14 @@ inline void occludeRay(RTCScene scene, RTCRay& ray) {
   rtcOccluded1(scene, &context, &ray);
 }
 
-// The same with a filter that every hit is shown to, and the context that it gets. The scene has the flag
-// kFiltersInQueries.
+// Occlusion query that calls `filter` with `context` at every hit; the scene needs kFiltersInQueries.
 inline void occludeRay(RTCScene scene, RTCRay& ray, RTCFilterFunctionN filter, EmbreeContext& context) {
   rtcInitIntersectContext(&context);
   context.filter = filter;
   rtcOccluded1(scene, &context, &ray);
 }
 
-// The same for a packet of 8 or 16 rays, of which -1 in `valid` are active.
+// Occlusion of 8 or 16 rays; valid[i] is -1 for active rays.
 template <class Packet>
 void occludePacket(RTCScene scene, const int* valid, Packet& packet, bool isCoherent) {
   EmbreeContext context;

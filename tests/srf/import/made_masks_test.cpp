@@ -2,9 +2,12 @@
 #include "srf/import/made_masks.h"
 
 #include "srf/capture/mask_file.h"
+#include "srf/image/mask.h"
+#include "srf/image/png.h"
 #include "srf/import/import.h"
 #include "srf/import/text.h"
 #include "surfel/base/file.h"
+#include "surfel/geometry/mesh.h"
 #include "tests/srf/import/vision_camera.h"
 #include "tests/support/foreign_captures.h"
 
