@@ -43,8 +43,8 @@ TEST(NearestName, FindsTheOneThatWasMeant) {
 }
 
 TEST(NearestName, IsEmptyIfNoneIsNear) {
-  constexpr std::array<std::string_view, 4> known = {"twist", "bend", "slf", "C12.png", "C120"};
-  for (const char* const name : {"rotation", "ulr", "C13.png", "C1.png", "C12", "xy", ""})
+  constexpr std::array<std::string_view, 5> known = {"twist", "bend", "slf", "C12.png", "L120"};
+  for (const char* const name : {"rotation", "ulr", "C13.png", "C1.png", "L12", "xy", ""})
     EXPECT_EQ(nearestName(name, known), "");
 }
 
