@@ -189,6 +189,15 @@ void writeBeforeBackdrop(const std::vector<ForeignView>& views, Backdrop backdro
   write(folder / "sparse/0/images.txt", colmapImagesText(images));
 }
 
+void writeMetashape(const std::vector<ForeignView>& views, const fs::path& folder) {
+  std::vector<std::pair<std::string, VisionCamera>> cameras;
+  for (const ForeignView& view : views) {
+    cameras.emplace_back(view.name, view.camera);
+    write(folder / "photographs" / (view.name + ".png"), view.underAll);
+  }
+  write(folder / "cameras.xml", metashapeDocument(metashapeChunk({}, cameras)));
+}
+
 void writeNerfstudio(const std::vector<ForeignView>& views, const fs::path& folder) {
   const VisionCamera& camera = views.at(0).camera; // of one lens all
   Json json{{"camera_model", "OPENCV"}, {"w", camera.width}, {"h", camera.height}, {"fl_x", camera.fx},

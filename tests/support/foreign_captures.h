@@ -28,6 +28,8 @@ std::vector<ForeignView> photographedByOthers(const capture::Capture& capture, s
 
 // RGB over black, masks beside; cameras.bin, images.bin, or both as text.
 void writeColmap(const std::vector<ForeignView>& views, const std::filesystem::path& folder, bool binary);
+// cameras.xml, RGBA in photographs/.
+void writeMetashape(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
 // transforms.json, RGBA.
 void writeNerfstudio(const std::vector<ForeignView>& views, const std::filesystem::path& folder);
 // NRHints: transforms_train.json, RGBA, each photograph under its own lamp.

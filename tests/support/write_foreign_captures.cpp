@@ -19,6 +19,7 @@ int main(int argc, char** argv) try {
   writeBeforeBackdrop(views, Backdrop::screen, folder / "before-screen");
   views = photographedByOthers(capture, 1, 3);
   writeNerfstudio(views, folder / "nerfstudio");
+  writeMetashape(views, folder / "metashape");
   writeNerfstudio(withYUp(views), folder / "wrong-axes");
   views = photographedByOthers(capture, 2, 3);
   writeMiddlebury(views, folder / "middlebury");
