@@ -9,6 +9,7 @@
 #include "srf/calibration/segmentation.h"
 
 #include "srf/image/color.h"
+#include "surfel/math/median.h"
 
 #include <Eigen/Cholesky>
 #include <tbb/parallel_for.h>
@@ -54,12 +55,6 @@ float topOf(const image::Image& image) {
   for (size_t i = 0; i < image.values.size(); i += 3)
     counter.add(image::luma({image.values[i], image.values[i + 1], image.values[i + 2]}));
   return std::max(static_cast<float>(counter.percentile(0.995)), 1e-12f);
-}
-
-double middleValue(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 // Relation of a photograph to its plate.
@@ -118,15 +113,15 @@ std::array<float, 3> gainOf(const image::Image& photograph, const image::Image& 
       if (stops && std::abs(*stops - mode) < kNear && plate.at(x, y)[c] > kDarkShare * top)
         ratios.push_back(static_cast<double>(photograph.at(x, y)[c] / plate.at(x, y)[c]));
     });
-    const double stops = ratios.size() < 16 ? mode : std::log2(std::max(middleValue(ratios), 1e-6));
+    const double stops = ratios.size() < 16 ? mode : std::log2(std::max(median(std::move(ratios)), 1e-6));
     gain[c] = static_cast<float>(std::exp2(std::clamp(stops, mode - kTint, mode + kTint)));
   }
   return gain;
 }
 
 Comparison compare(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
-  // Third of the |x| of a normal distribution, in units of its deviation: two thirds of the border may
-  // differ.
+  // Lower tercile of |x| for a normal distribution of deviation 1. Sigma is right if the whole border is
+  // background, and too large otherwise; its clamp bounds the error.
   constexpr double kNormalThird = 0.4307;
   Comparison comparison;
   const float top = std::max(topOf(plate), topOf(photograph));
@@ -194,8 +189,9 @@ public:
     squares_ += weight * value * value;
   }
   Vec3<double> solution() const { return normal_.ldlt().solve(right_); }
-  // Sum of weighted squared residuals.
-  double least() const { return std::max(0.0, squares_ - solution().dot(right_)); }
+  // Sum of weighted squared residuals of the solution.
+  double least(const Vec3<double>& solution) const { return std::max(0.0, squares_ - solution.dot(right_)); }
+  double least() const { return least(solution()); }
 
 private:
   Mat3<double> normal_ = Mat3<double>::Identity() * 1e-12;
@@ -208,7 +204,7 @@ private:
 // al. 1999]. Where the plate has texture, an even colour must fit worse; where it has none but is saturated,
 // an even grey must. A shadow begins beside the background, and is no speck.
 void dropShadows(image::Mask& mask, const image::Image& photograph, const image::Image& plate,
-                 const Comparison& comparison) {
+                 const Comparison& comparison, const Progress& progress) {
   constexpr int kReach = 2;             // samples
   constexpr double kLeastShadow = 0.01; // of the mask's pixels
   const int width = mask.width, height = mask.height;
@@ -245,24 +241,30 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
     return factor > kDarkestShadow / 2 && factor < 1.5 && restAt(x, y, factor) < 3 * kShadowFit;
   };
   const auto fitAt = [&](int x, int y, int step) -> std::optional<Vec3<double>> {
-    SlopeFit shade, gray;
+    SlopeFit shade;
+    double samples = 0;
+    windowAt(x, y, step, [&](int i, int j) {
+      for (size_t c = 0; c < 3; ++c, ++samples)
+        shade.add(i - x, j - y, below(i, j, c), static_cast<double>(photograph.at(i, j)[c]),
+                  weightAt(i, j, c));
+    });
+    const Vec3<double> factor = shade.solution();
+    const double asShadow = shade.least(factor);
+    if (!(factor[0] >= kDarkestShadow && factor[0] <= kBrightestShadow && asShadow < kShadowFit * samples))
+      return std::nullopt;
+    SlopeFit gray;
     std::array<SlopeFit, 3> even, plain; // of the photograph's and the plate's channels
-    double samples = 0, sum = 0, squares = 0;
+    double sum = 0, squares = 0;
     windowAt(x, y, step, [&](int i, int j) {
       for (size_t c = 0; c < 3; ++c) {
         const auto value = static_cast<double>(photograph.at(i, j)[c]);
         const double back = below(i, j, c), weight = weightAt(i, j, c);
-        shade.add(i - x, j - y, back, value, weight);
         gray.add(i - x, j - y, 1, value, weight);
         even[c].add(i - x, j - y, 1, value, weight);
         plain[c].add(i - x, j - y, 1, back, weight);
-        ++samples, sum += back, squares += back * back;
+        sum += back, squares += back * back;
       }
     });
-    const Vec3<double> factor = shade.solution();
-    const double asShadow = shade.least();
-    if (!(factor[0] >= kDarkestShadow && factor[0] <= kBrightestShadow && asShadow < kShadowFit * samples))
-      return std::nullopt;
     double asEven = 0, texture = 0;
     for (size_t c = 0; c < 3; ++c) asEven += even[c].least(), texture += plain[c].least();
     if (factor[0] * factor[0] * texture > samples) // else the shadow would not show the texture
@@ -272,15 +274,21 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
                                                                             : std::nullopt;
   };
   const Vec3<float> none = Vec3<float>::Zero(); // no shadow
-  image::Mask shadow(width, height);
+  image::Mask possible(width, height), shadow(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x)
+      possible.inside[indexOf(x, y)] = mask.inside[indexOf(x, y)] && isPossible(x, y);
+  });
   for (const int step : {1, 2, 4}) {
     std::vector<Vec3<float>> fits(mask.inside.size(), none);
     tbb::parallel_for(0, height, [&](int y) {
+      progress.checkpoint();
       for (int x = 0; x < width; ++x)
-        if (mask.inside[indexOf(x, y)] && isPossible(x, y))
+        if (possible.inside[indexOf(x, y)])
           if (const auto fit = fitAt(x, y, step)) fits[indexOf(x, y)] = fit->cast<float>();
     });
     tbb::parallel_for(0, height, [&](int y) {
+      progress.checkpoint();
       for (int x = 0; x < width; ++x) {
         if (!mask.inside[indexOf(x, y)] || shadow.inside[indexOf(x, y)]) continue;
         windowAt(x, y, step, [&](int i, int j) {
@@ -318,10 +326,12 @@ void dropShadows(image::Mask& mask, const image::Image& photograph, const image:
 PlateVote::PlateVote(int width, int height)
     : shape_(width, height), object_(shape_.inside.size()), votes_(shape_.inside.size()) {}
 
-double PlateVote::add(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
+double PlateVote::add(const image::Image& photograph, const image::Image& plate, PlateKind kind,
+                      const Progress& progress) {
   constexpr float kVisible = 4; // sigma
   assert(photograph.width == shape_.width && photograph.height == shape_.height);
   assert(plate.width == shape_.width && plate.height == shape_.height);
+  progress.checkpoint();
   const Comparison comparison = compare(photograph, plate, kind);
   if (comparison.explained < kExplained) return comparison.explained;
   std::vector<float> t(shape_.inside.size());
@@ -330,7 +340,7 @@ double PlateVote::add(const image::Image& photograph, const image::Image& plate,
                                                 std::span(plate.values).subspan(3 * i, 3)));
   t = blurred(t, shape_.width, shape_.height);
   image::Mask object = connected(t, shape_.width, shape_.height);
-  dropShadows(object, photograph, plate, comparison);
+  dropShadows(object, photograph, plate, comparison, progress);
   for (size_t i = 0; i < t.size(); ++i) {
     bool isVisible = object.inside[i];
     for (size_t c = 0; c < 3; ++c)
@@ -362,10 +372,13 @@ image::Mask PlateVote::outcome() const {
 }
 
 EdgeCoverage::EdgeCoverage(image::Mask object)
-    : object_(std::move(object)), core_(image::eroded(object_, 2)), middle_(image::eroded(object_, 1)),
-      along_(object_.inside.size()), length_(object_.inside.size()) {}
+    : object_(std::move(object)), core_(image::eroded(object_, 2)), middle_(image::eroded(object_, 1)) {
+  for (size_t i = 0; i < object_.inside.size(); ++i)
+    if (object_.inside[i] && !core_.inside[i]) ring_.push_back({.pixel = i});
+}
 
-void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate, PlateKind kind) {
+void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate, PlateKind kind,
+                       const Progress& progress) {
   constexpr int kReach = 4; // pixels
   const Comparison comparison = compare(photograph, plate, kind);
   const int width = object_.width, height = object_.height;
@@ -382,20 +395,20 @@ void EdgeCoverage::add(const image::Image& photograph, const image::Image& plate
       }
     return count > 0 ? std::optional<Vec3<double>>(sum / count) : std::nullopt;
   };
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t i = static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
-      if (!object_.inside[i] || core_.inside[i]) continue;
-      auto front = meanOf(core_, x, y);
-      if (!front) front = meanOf(middle_, x, y);
-      if (!front) continue;
-      for (size_t c = 0; c < 3; ++c) {
-        const double back = static_cast<double>(comparison.gain[c] * plate.at(x, y)[c]),
-                     reach = (*front)[static_cast<Eigen::Index>(c)] - back,
-                     weight = 1 / static_cast<double>(comparison.variance(c, photograph.at(x, y)[c]));
-        along_[i] += weight * (static_cast<double>(photograph.at(x, y)[c]) - back) * reach;
-        length_[i] += weight * reach * reach;
-      }
+  tbb::parallel_for(size_t{0}, ring_.size(), [&](size_t i) {
+    progress.checkNowAndThen(i);
+    RingPixel& at = ring_[i];
+    const int x = static_cast<int>(at.pixel % static_cast<size_t>(width)),
+              y = static_cast<int>(at.pixel / static_cast<size_t>(width));
+    auto front = meanOf(core_, x, y);
+    if (!front) front = meanOf(middle_, x, y);
+    if (!front) return;
+    for (size_t c = 0; c < 3; ++c) {
+      const double back = static_cast<double>(comparison.gain[c] * plate.at(x, y)[c]),
+                   reach = (*front)[static_cast<Eigen::Index>(c)] - back,
+                   weight = 1 / static_cast<double>(comparison.variance(c, photograph.at(x, y)[c]));
+      at.along += weight * (static_cast<double>(photograph.at(x, y)[c]) - back) * reach;
+      at.length += weight * reach * reach;
     }
   });
 }
@@ -404,23 +417,22 @@ image::Image EdgeCoverage::outcome() const {
   constexpr double kCertain = 25; // |F - B|^2 in units of sigma^2
   constexpr double kRest = 0.05;  // alpha that noise and texture give
   image::Image raw(object_.width, object_.height, 1);
-  for (size_t i = 0; i < raw.values.size(); ++i) {
-    raw.values[i] = object_.inside[i];
-    if (object_.inside[i] && length_[i] > kCertain)
-      raw.values[i] =
-          static_cast<float>(std::clamp((along_[i] / length_[i] - kRest) / (1 - 2 * kRest), 0.0, 1.0));
-  }
+  std::ranges::copy(object_.inside, raw.values.begin());
+  for (const RingPixel& at : ring_)
+    if (at.length > kCertain)
+      raw.values[at.pixel] =
+          static_cast<float>(std::clamp((at.along / at.length - kRest) / (1 - 2 * kRest), 0.0, 1.0));
   image::Image coverage = raw;
-  for (int y = 1; y + 1 < raw.height; ++y)
-    for (int x = 1; x + 1 < raw.width; ++x) {
-      const size_t i = static_cast<size_t>(y) * static_cast<size_t>(raw.width) + static_cast<size_t>(x);
-      if (!object_.inside[i] || core_.inside[i]) continue;
-      std::array<float, 9> near;
-      for (size_t k = 0; k < near.size(); ++k)
-        near[k] = raw.at(x - 1 + static_cast<int>(k % 3), y - 1 + static_cast<int>(k / 3))[0];
-      std::ranges::nth_element(near, near.begin() + 4);
-      coverage.values[i] = near[4];
-    }
+  for (const RingPixel& at : ring_) {
+    const int x = static_cast<int>(at.pixel % static_cast<size_t>(raw.width)),
+              y = static_cast<int>(at.pixel / static_cast<size_t>(raw.width));
+    if (x == 0 || y == 0 || x + 1 == raw.width || y + 1 == raw.height) continue;
+    std::array<float, 9> near;
+    for (size_t k = 0; k < near.size(); ++k)
+      near[k] = raw.at(x - 1 + static_cast<int>(k % 3), y - 1 + static_cast<int>(k / 3))[0];
+    std::ranges::nth_element(near, near.begin() + 4);
+    coverage.values[at.pixel] = near[4];
+  }
   return coverage;
 }
 
@@ -536,7 +548,7 @@ std::optional<image::Image> fittedPlate(const image::Image& photograph, Rgb key)
     for (size_t i = 0; i < samples.size(); ++i)
       if (isIn[i]) rests.push_back((samples[i].value - fit.transpose() * samples[i].row).norm());
     const double reach =
-        kInlier * std::max(middleValue(rests), static_cast<double>(kLeastSigma * std::sqrt(top)));
+        kInlier * std::max(median(std::move(rests)), static_cast<double>(kLeastSigma * std::sqrt(top)));
     for (size_t i = 0; i < samples.size(); ++i)
       isIn[i] = (samples[i].value - fit.transpose() * samples[i].row).norm() < reach;
   }

@@ -8,6 +8,7 @@
 
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
+#include "surfel/base/time.h"
 #include "surfel/math/rgb.h"
 
 #include <array>
@@ -66,8 +67,9 @@ public:
   PlateVote(int width, int height);
 
   // Adds a photograph, whose exposure may differ from the plate's by up to a stop. Returns the share of the
-  // border that the plate explains, 0..1; below kExplained, the photograph is not counted.
-  double add(const image::Image& photograph, const image::Image& plate, PlateKind kind);
+  // border that the plate explains, 0..1; below kExplained, the photograph is not counted. Throws Cancelled.
+  double add(const image::Image& photograph, const image::Image& plate, PlateKind kind,
+             const Progress& progress = {});
   static constexpr double kExplained = 0.25;
 
   // The largest group of pixels and every group of at least a tenth of it, without holes of less than a
@@ -83,19 +85,27 @@ private:
 // the least-squares solution of
 //   I = alpha F + (1 - alpha) B
 // over channels and photographs; F is the mean of the object's pixels nearby, B the plate [Smith and Blinn
-// 1996, Eq. 1].
+// 1996, Eq. 1]. Alpha from 0.05 to 0.95 is then stretched to 0..1, so that noise does not make the object's
+// pixels translucent or the plate's faint.
 class EdgeCoverage {
 public:
   explicit EdgeCoverage(image::Mask object);
 
-  void add(const image::Image& photograph, const image::Image& plate, PlateKind kind);
+  // Throws Cancelled.
+  void add(const image::Image& photograph, const image::Image& plate, PlateKind kind,
+           const Progress& progress = {});
   // One channel, 0..1; near the outline the median of 3 x 3 pixels, as an object's pixel may have the plate's
   // colour. Lines of one pixel are lost.
   image::Image outcome() const;
 
 private:
+  struct RingPixel {
+    size_t pixel = 0;
+    double along = 0, length = 0; // sums of (I - B) . (F - B) and |F - B|^2 over sigma^2
+  };
+
   image::Mask object_, core_, middle_; // core and middle are two pixels and one pixel inside
-  std::vector<double> along_, length_; // (I - B) . (F - B), |F - B|^2
+  std::vector<RingPixel> ring_;        // of object without core
 };
 
 } // namespace surflect::calibration

@@ -44,7 +44,7 @@ Mask eroded(const Mask& mask, int n) {
   Mask result(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      bool inside = true;
+      bool inside = mask.inside[index(x, y)];
       for (int row = std::max(0, y - n); inside && row <= std::min(height - 1, y + n); ++row) {
         const int halfWidth = static_cast<int>(std::sqrt(double(n) * n - double(row - y) * (row - y)));
         inside = gap[index(x, row)] > halfWidth;

@@ -25,11 +25,11 @@ Vec3<double> inSpace(const Vec2<double>& gradient, const capture::Camera<Acquisi
   return camera.cameraFromWorld.rotation().transpose() * across / depth;
 }
 
+} // namespace
+
 image::Image radianceOf(const capture::Capture& capture, size_t frame) {
   return std::move(capture::readPhotographs(capture, {&frame, 1}).front().radiance);
 }
-
-} // namespace
 
 image::Image shrunk(const image::Image& image, int factor) {
   image::Image small(image.width / factor, image.height / factor, image.channels);

@@ -12,6 +12,9 @@
 
 namespace surflect::importers {
 
+// Radiance of a frame's photograph, 3 channels. Throws Error.
+image::Image radianceOf(const capture::Capture& capture, size_t frame);
+
 // Means over squares of factor x factor pixels; incomplete squares at the right and below are dropped. The
 // image has at least factor pixels each way.
 image::Image shrunk(const image::Image& image, int factor);

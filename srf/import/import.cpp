@@ -617,9 +617,10 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
     capture.calibration["response"] = "recovered from exposure brackets";
   }
   source.notes.push_back(colorsTaken(capture, progress));
-  if (options.masks) makeMasks(source, *options.masks, copies, progress);
+  if (options.masks) makeMasks(source, sourcePath, *options.masks, copies, progress);
   placeLamps(source, options.lamps, progress);
   estimateStrengths(source, options.unevenLights, progress);
+  if (options.masks && options.masks->from == MaskMaking::From::mesh) noteFitOfMesh(source, progress);
 
   copyFiles(capture, copies, progress);
   capture::writeCapture(capture, folder.temporaryPath());

@@ -1,7 +1,6 @@
 #include "srf/import/made_masks.h"
 
 #include "srf/calibration/segmentation.h"
-#include "srf/capture/photograph.h"
 #include "srf/capture/silhouette.h"
 #include "srf/image/color.h"
 #include "srf/image/image_file.h"
@@ -22,11 +21,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -88,10 +87,6 @@ std::vector<std::vector<size_t>> framesByView(const capture::Capture& capture) {
   return frames;
 }
 
-image::Image radianceOfFrame(const capture::Capture& capture, size_t frame) {
-  return std::move(capture::readPhotographs(capture, {&frame, 1}).front().radiance);
-}
-
 image::Image asCoverage(const image::Mask& mask) {
   image::Image coverage(mask.width, mask.height, 1);
   std::ranges::copy(mask.inside, coverage.values.begin());
@@ -119,6 +114,7 @@ image::Image grown(const image::Image& coverage, double margin) {
 struct ViewMask {
   image::Image coverage; // one channel; empty: none
   std::string problem;
+  image::Image photograph = {}; // one of those that it was made from, if by subtraction
 };
 
 // ---------------------------------------------------------------------------------------------------------
@@ -151,23 +147,24 @@ public:
 
   // Radiance of a plate, read as the frame's photograph is.
   const image::Image& read(const fs::path& plate, const capture::Frame& frame) {
-    if (plate == read_.first && frame.layer == read_.second && frame.view == view_) return plate_;
     const capture::Lens& lens = source_.capture.views[frame.view].camera.lens;
-    const image::PictureSize size = image::readPictureSize(plate);
+    const std::tuple asked(plate, frame.layer, frame.exposure);
+    const image::PictureSize size =
+        asked == read_ ? image::PictureSize{plate_.width, plate_.height} : image::readPictureSize(plate);
     if (size.width != lens.width || size.height != lens.height)
       throw Error::mismatch(sizeText(lens.width, lens.height) + ", as the photographs of " +
                                 source_.capture.views[frame.view].identity,
                             sizeText(size.width, size.height))
           .at("size")
           .in(plate);
+    if (asked == read_) return plate_;
     capture::Capture empty;
     empty.colorSpace = source_.capture.colorSpace;
     empty.response = source_.capture.response;
     empty.views = {source_.capture.views[frame.view]};
     empty.frames = {{.view = 0, .picture = plate, .layer = frame.layer, .exposure = frame.exposure}};
-    plate_ = radianceOfFrame(empty, 0);
-    read_ = {plate, frame.layer};
-    view_ = frame.view;
+    plate_ = radianceOf(empty, 0);
+    read_ = asked;
     return plate_;
   }
 
@@ -175,8 +172,8 @@ private:
   fs::path path_;
   const ForeignCapture& source_;
   std::map<std::string, fs::path> byName_; // without extension; empty: path_ is the plate
-  std::pair<fs::path, std::string> read_;  // file and layer of plate_
-  size_t view_ = std::numeric_limits<size_t>::max();
+  // File, layer and exposure of plate_; no file before the first is read.
+  std::tuple<fs::path, std::string, double> read_;
   image::Image plate_;
 };
 
@@ -195,11 +192,11 @@ ViewMask subtracted(const capture::Capture& capture, std::span<const size_t> fra
   const image::Image* plate = nullptr;
   for (const size_t frame : chosen) {
     progress.checkpoint();
-    photograph = radianceOfFrame(capture, frame);
+    photograph = radianceOf(capture, frame);
     plate = plateOf(capture.frames[frame], photograph);
     if (!plate) continue;
     isAny = true;
-    const double share = vote.add(photograph, *plate, kind);
+    const double share = vote.add(photograph, *plate, kind, progress);
     explained = std::max(explained, share);
     if (share >= calibration::PlateVote::kExplained) counted.push_back(frame);
   }
@@ -212,31 +209,34 @@ ViewMask subtracted(const capture::Capture& capture, std::span<const size_t> fra
   for (const size_t frame : counted) {
     progress.checkpoint();
     if (chosen.size() > 1) { // else they are at hand
-      photograph = radianceOfFrame(capture, frame);
+      photograph = radianceOf(capture, frame);
       plate = plateOf(capture.frames[frame], photograph);
     }
-    edges.add(photograph, *plate, kind);
+    edges.add(photograph, *plate, kind, progress);
   }
-  return {edges.outcome(), ""};
+  return {edges.outcome(), "", std::move(photograph)};
 }
 
 // ---------------------------------------------------------------------------------------------------------
 // Meshes.
 
-// The source's mesh, or else the only one beside it.
-fs::path meshBeside(const ForeignCapture& source) {
+// The source's mesh, or else the only one in its folder or in that of the photographs.
+fs::path meshBeside(const ForeignCapture& source, const fs::path& sourcePath) {
   if (!source.capture.geometry.empty()) return source.capture.geometry;
   std::set<fs::path> found;
-  const fs::path root = source.files.root.lexically_normal();
-  for (const fs::path& folder : {root, root.has_parent_path() ? root.parent_path() : fs::path(".")}) {
-    std::error_code problem;
-    for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
+  const fs::path root = source.files.root.lexically_normal(),
+                 folderOfSource = isFolder(sourcePath) ? sourcePath : sourcePath.parent_path();
+  std::error_code problem;
+  std::vector<fs::path> folders{root};
+  if (!fs::equivalent(root.empty() ? "." : root, folderOfSource.empty() ? "." : folderOfSource, problem))
+    folders.push_back(folderOfSource.lexically_normal());
+  for (const fs::path& folder : folders)
+    for (fs::directory_iterator entry(folder.empty() ? "." : folder, problem), end; !problem && entry != end;
          entry.increment(problem)) {
       const std::string extension = lowerCase(entry->path().extension().string());
       if ((extension == ".ply" || extension == ".obj") && isFile(entry->path()) && !isHidden(entry->path()))
         found.insert(entry->path());
     }
-  }
   if (found.size() == 1) return *found.begin();
   std::vector<std::string> names;
   for (const fs::path& mesh : found) names.push_back(source.files.shown(mesh));
@@ -272,19 +272,14 @@ image::Image coverageOf(const capture::Camera<AcquisitionSpace>& camera,
   return coverage;
 }
 
-// Reads the mesh, notes what the checks of inspect find of it, which masks from the mesh would hide, and
-// makes it the capture's geometry.
-TriangleMesh meshOf(ForeignCapture& source, const Progress& progress) {
-  const fs::path path = meshBeside(source);
+// Reads the mesh, and makes it the capture's geometry.
+TriangleMesh meshOf(ForeignCapture& source, const fs::path& sourcePath, const Progress& progress) {
+  const fs::path path = meshBeside(source, sourcePath);
   proxy::MendedMesh mesh = proxy::readMended(path, source.capture, progress);
   source.capture.geometry = path;
   source.notes.push_back("the mesh is " + source.files.shown(path) +
                          ", which becomes the capture's geometry");
   for (const std::string& note : mesh.notes) source.notes.push_back(source.files.shown(path) + ": " + note);
-  const capture::Capture used = capture::subset(source.capture, [](const capture::Frame&) { return true; });
-  for (const validation::Finding& finding :
-       validation::checkCapture(used, mesh.mesh, validation::kQuickChecks, progress))
-    source.notes.push_back("warning: " + finding.text);
   return std::move(mesh.mesh);
 }
 
@@ -426,7 +421,8 @@ MaskMaking parseMaskMaking(std::string_view text) {
   return making;
 }
 
-void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies, const Progress& progress) {
+void makeMasks(ForeignCapture& source, const fs::path& sourcePath, const MaskMaking& making, Copies& copies,
+               const Progress& progress) {
   capture::Capture& capture = source.capture;
   const auto views = framesByView(capture);
   std::string way(std::ranges::find(kWays, making.from, &decltype(kWays)::value_type::second)->first);
@@ -434,12 +430,16 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
   std::optional<RayCaster<AcquisitionSpace>> mesh;
   Rgb key = making.key.value_or(Rgb{});
   if (making.from == MaskMaking::From::plate) plates.emplace(making.path, source);
-  if (making.from == MaskMaking::From::mesh) mesh.emplace(meshOf(source, progress), progress);
+  if (making.from == MaskMaking::From::brightness) way += " above " + numberText(making.threshold);
+  if (making.from == MaskMaking::From::plate) way += " " + source.files.shown(making.path);
+  if (making.key) way += ", " + hexOf(*making.key);
+  if (making.from == MaskMaking::From::mesh) mesh.emplace(meshOf(source, sourcePath, progress), progress);
+  if (making.from == MaskMaking::From::mesh) way += " " + source.files.shown(capture.geometry);
   if (making.from == MaskMaking::From::key && !making.key) {
     calibration::BorderColor border;
     for (const auto& frames : views) {
       progress.checkpoint();
-      if (!frames.empty()) border.add(radianceOfFrame(capture, frames[0]));
+      if (!frames.empty()) border.add(radianceOf(capture, frames[0]));
     }
     key = border.color();
     way += ", " + hexOf(key) + " as in " + percent(border.share()) + " of the pictures' borders";
@@ -488,8 +488,7 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
     }
     const bool canSpill = making.from == MaskMaking::From::key && !mask.coverage.values.empty();
     judgement.add(capture.views[v], mask,
-                  canSpill ? calibration::spillOf(radianceOfFrame(capture, frames[0]),
-                                                  image::objectMask(mask.coverage), key)
+                  canSpill ? calibration::spillOf(mask.photograph, image::objectMask(mask.coverage), key)
                            : 0);
     if (mask.coverage.values.empty()) continue;
     const fs::path file = copies.replace(capture.frames[frames[0]].picture, "masks", mask.coverage);
@@ -498,6 +497,16 @@ void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies,
   judgement.note(source, making.from != MaskMaking::From::mesh, progress);
   capture.calibration["masks"] =
       "by " + way + (making.margin == 0 ? "" : ", grown by " + numberText(making.margin) + " pixels");
+}
+
+void noteFitOfMesh(ForeignCapture& source, const Progress& progress) {
+  capture::Capture used = capture::subset(source.capture, [](const capture::Frame&) { return true; });
+  for (capture::Frame& frame : used.frames) frame.mask.clear();
+  const proxy::MendedMesh mesh = proxy::readMended(used.geometry, used, progress);
+  for (const validation::Finding& finding :
+       validation::checkCapture(used, mesh.mesh, validation::kQuickChecks, progress))
+    source.notes.push_back(
+        (finding.severity == validation::Finding::Severity::error ? "error: " : "warning: ") + finding.text);
 }
 
 } // namespace surflect::importers

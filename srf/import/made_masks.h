@@ -28,11 +28,17 @@ struct MaskMaking {
 // "mesh". Throws Error.
 MaskMaking parseMaskMaking(std::string_view text);
 
-// Writes a mask for each view and names it in the capture, whose frames have none. A mesh, the
-// capture's or else the only one beside the source, becomes its geometry. Notes the share of views that have
-// a mask, and views whose mask is suspicious: none could be made, it touches the border, is in several
-// pieces, or differs from the visual hull of all masks. Throws Error if no view gets a mask, for plates of
-// another size, for a mesh that cannot be found or read; and Cancelled.
-void makeMasks(ForeignCapture& source, const MaskMaking& making, Copies& copies, const Progress& progress);
+// Writes a mask for each view and names it in the capture, whose frames have none. A mesh, the capture's or
+// else the only one in the folder of source or photographs, becomes its geometry. Notes the share of views
+// that have a mask, and views whose mask is suspicious: none could be made, it touches the border, is in
+// several pieces, or differs from the visual hull of all masks. Throws Error if no view gets a mask, for
+// plates of another size, for a mesh that cannot be found or read; and Cancelled.
+void makeMasks(ForeignCapture& source, const std::filesystem::path& sourcePath, const MaskMaking& making,
+               Copies& copies, const Progress& progress);
+
+// Notes what checkCapture() (srf/validation/validation.h) finds between the photographs and the capture's
+// mesh, without the masks, which may have been made from it. The lights must have their places. Throws Error
+// for a mesh that cannot be read; and Cancelled.
+void noteFitOfMesh(ForeignCapture& source, const Progress& progress);
 
 } // namespace surflect::importers

@@ -155,7 +155,41 @@ TEST_F(MadeMasks, EachLightMayHaveItsPlate) {
   EXPECT_GT(image::intersectionOverUnion(mask(), truth), 0.98);
 }
 
+TEST_F(MadeMasks, AnExposureIsComparedWithItsPlate) {
+  overlapOf("screen", "key");
+  capture::Capture whole = capture::readCapture(folder / "out");
+  ForeignCapture source{.files = {folder / "screen/images"}};
+  source.capture.colorSpace = whole.colorSpace;
+  source.capture.views = {whole.views[0]};
+  // The first photograph is of another scene, which does not vote.
+  source.capture.frames = {{.view = 0, .picture = folder / "table/images/C00.png"},
+                           {.view = 0, .picture = folder / "screen/images/C00.png", .exposure = 8}};
+  std::filesystem::create_directories(folder / "made");
+  Copies copies(source.files.root, folder / "made");
+  makeMasks(source, folder / "screen", parseMaskMaking("plate:" + at("screen/plates/C00.png")), copies, {});
+  const image::Image mask = capture::readMask(source.capture.frames[1].mask).coverage;
+  const image::Image truth = capture::readMask(folder / "screen/truth/C00.png").coverage;
+  EXPECT_GT(image::intersectionOverUnion(image::objectMask(mask), image::objectMask(truth)), 0.985);
+  EXPECT_EQ(source.capture.calibration["masks"], "by plate plates/C00.png");
+}
+
+TEST_F(MadeMasks, CanBeCancelled) {
+  for (const char* how : {"key", "mesh"}) {
+    ImportOptions options;
+    options.masks = parseMaskMaking(how);
+    options.mesh = kVase / "vase.ply";
+    bool isMaking = false;
+    const Progress progress{.report = [&](std::string_view stage, double) { isMaking = stage == "masks"; },
+                            .cancelled = [&] { return isMaking; }};
+    EXPECT_THROW(importCapture(folder / "screen", folder / "cancelled", options, progress), Cancelled) << how;
+    EXPECT_TRUE(isMaking) << how;
+    EXPECT_FALSE(std::filesystem::exists(folder / "cancelled")) << how;
+  }
+}
+
 TEST_F(MadeMasks, AMeshBesideThePicturesIsFound) {
+  std::filesystem::copy_file(kVase / "vase.ply", folder / "stranger.ply"); // beside the source, not in it
+
   EXPECT_NE(problemOf("table", "mesh").find("found none, expected one mesh"), std::string::npos);
   std::filesystem::copy_file(kVase / "vase.ply", folder / "table/vase.ply");
   EXPECT_GT(overlapOf("table", "mesh"), 0.99);
