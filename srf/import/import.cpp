@@ -585,8 +585,8 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
   ForeignCapture source = readSource(sourcePath, report.format, options);
-  if (!options.mesh.empty()) source.capture.geometry = options.mesh;
   if (!options.cameraPlaces.empty()) moveToPlaces(source, options.cameraPlaces, options.lamps.pattern);
+  if (!options.mesh.empty()) source.capture.geometry = options.mesh; // counts in the world of the places
   if (options.lamps.isGiven()) giveLights(source, options.lamps);
   capture::Capture& capture = source.capture;
   if (options.masks) dropMasks(source);

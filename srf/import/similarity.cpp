@@ -97,12 +97,16 @@ void moveToPlaces(ForeignCapture& source, const fs::path& table, const std::stri
   std::vector<Vec3<double>> posed, places;
   std::vector<std::string> names;
   std::set<std::string> used;
+  bool isMatched = pattern.empty();
   for (const capture::Frame& frame : capture.frames) {
     const fs::path name = frame.picture.lexically_relative(source.files.root);
     std::vector<std::string> words{name.generic_string(),
                                    fs::path(name).replace_extension().generic_string()};
     if (!pattern.empty())
-      if (const auto named = matched(pattern, name.generic_string())) words.push_back(named->camera);
+      if (const auto named = matched(pattern, name.generic_string())) {
+        words.push_back(named->camera);
+        isMatched = true;
+      }
     for (const std::string& word : words)
       if (const auto place = known.find(word); place != known.end()) {
         posed.push_back(capture.views[frame.view].camera.center().raw());
@@ -112,6 +116,11 @@ void moveToPlaces(ForeignCapture& source, const fs::path& table, const std::stri
         break;
       }
   }
+  if (!isMatched)
+    throw Error::mismatch("one that fits pictures such as " +
+                              shownText(source.files.shown(capture.frames.front().picture)),
+                          shownText(pattern))
+        .at("--pattern");
   if (posed.empty())
     throw Error::mismatch("names such as " + shownText(source.files.shown(capture.frames.front().picture)),
                           shownText(known.begin()->first));
