@@ -7,6 +7,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -61,6 +62,41 @@ void readFlash(const std::vector<std::string>& words, importers::LampOptions& la
     throw UsageError(Error::mismatch("three numbers X Y Z, or auto", found).at("--flash"));
   }
   lamps.flash = at;
+}
+
+// Whether a source has poses of its own; a folder of photographs alone has no format.
+bool hasPoses(const std::string& source) {
+  try {
+    return importers::formatOfSource(source, {}) != importers::ImportFormat::lights;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// Throws UsageError for options that contradict each other about the lights.
+void requireOneTelling(const ImportArguments& arguments, bool hasFormat) {
+  const importers::ImportOptions& options = arguments.options;
+  const bool hasBall = !arguments.chromeBall.empty(), hasPattern = !options.lamps.pattern.empty();
+  const bool hasLights = !arguments.lights.empty();
+  if (hasLights + hasBall + !options.lamps.lampImages.empty() > 1)
+    throw UsageError(Error("only one of --lights, --chrome-ball and --lamp-images tells the lamps"));
+  if (!arguments.flash.empty() && (hasLights || hasBall))
+    throw UsageError(Error(std::string("the camera carries the light; ") +
+                           (hasBall ? "--chrome-ball" : "--lights") + " tells others")
+                         .at("--flash"));
+  if (options.litView.positions && hasBall)
+    throw UsageError(
+        Error("a mirror ball has no light file whose numbers could be positions").at("--positions"));
+  if (!hasBall || hasPattern || hasFormat) return;
+  std::error_code ignored; // a missing source is reported by the import
+  if (!std::filesystem::exists(arguments.source, ignored)) return;
+  if (!std::filesystem::is_directory(arguments.source, ignored))
+    throw UsageError(Error::mismatch("a folder of photographs, or --pattern beside poses", arguments.source)
+                         .at("--chrome-ball"));
+  if (hasPoses(arguments.source))
+    throw UsageError(
+        Error("needs --pattern, which tells cameras and lights, as " + arguments.source + " has poses")
+            .at("--chrome-ball"));
 }
 
 std::string nameOf(importers::ImportFormat format) {
@@ -235,8 +271,7 @@ void addImportCommand(CLI::App& app, CommandWork& work) {
       chosen.lamps.lights.clear();
     }
     chosen.lamps.chromeBall = chosen.litView.chromeBall = arguments->chromeBall;
-    if (!arguments->lights.empty() + !arguments->chromeBall.empty() + !chosen.lamps.lampImages.empty() > 1)
-      throw UsageError(Error("only one of --lights, --chrome-ball and --lamp-images tells the lamps"));
+    requireOneTelling(*arguments, !format->empty());
     readFlash(arguments->flash, chosen.lamps);
     return runImport(*arguments, progress);
   });

@@ -1,5 +1,7 @@
 #include "srf/calibration/chrome_ball.h"
 
+#include "surfel/math/median.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -14,43 +16,78 @@ namespace surflect::calibration {
 namespace {
 
 constexpr size_t kFewestOutline = 12;
-constexpr double kKnownDistance = 0.25; // standard error over distance
-constexpr double kMostOfBall = 0.1;     // share of the ball that a highlight may fill
+constexpr int kOutlineRounds = 10;
+constexpr double kOutlierDeviations = 3 * 1.4826; // of the median, by which a normal distribution has its own
+constexpr double kRoundedOutline = 0.002;         // of the radius: exact outlines are kept whole
+constexpr double kKnownDistance = 0.25;           // standard error over distance
+constexpr double kMostOfBall = 0.1;               // share of the ball that a highlight may fill
 
-} // namespace
-
-std::optional<Ball> ballOfOutline(const capture::Lens& lens, std::span<const capture::Pixel> outline,
-                                  double radius) {
-  if (outline.size() < kFewestOutline) return std::nullopt;
-  if (lens.model == capture::Lens::Model::orthographic) {
-    // x^2 + y^2 = 2 a x + 2 b y + c, with the centre (a, b) and c = R^2 - a^2 - b^2
-    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
-    Vec3<double> right = Vec3<double>::Zero();
-    for (const capture::Pixel& pixel : outline) {
-      const auto ray = capture::rayThrough(lens, pixel);
-      if (!ray) return std::nullopt;
-      const Vec3<double> at = ray->origin.raw(), row(2 * at.x(), 2 * at.y(), 1);
-      moments += row * row.transpose();
-      right += (at.x() * at.x() + at.y() * at.y()) * row;
-    }
-    const Vec3<double> fit = moments.ldlt().solve(right);
-    const double square = fit.z() + fit.x() * fit.x() + fit.y() * fit.y();
-    if (!fit.allFinite() || !(square > 0)) return std::nullopt;
-    return Ball{{fit.x(), fit.y(), 0}, std::sqrt(square)};
-  }
-  // r . m = 1 for m = a / cos(angle)
+// Circle through the origins of parallel rays.
+// x^2 + y^2 = 2 a x + 2 b y + c, with the centre (a, b) and c = R^2 - a^2 - b^2
+std::optional<Ball> ballOfParallelRays(std::span<const capture::CameraRay> rays) {
   Mat3<double> moments = Mat3<double>::Zero();
   Vec3<double> right = Vec3<double>::Zero();
-  for (const capture::Pixel& pixel : outline) {
-    const auto ray = capture::rayThrough(lens, pixel);
-    if (!ray) return std::nullopt;
-    moments += ray->direction.raw() * ray->direction.raw().transpose();
-    right += ray->direction.raw();
+  for (const auto& ray : rays) {
+    const Vec3<double> at = ray.origin.raw(), row(2 * at.x(), 2 * at.y(), 1);
+    moments += row * row.transpose();
+    right += (at.x() * at.x() + at.y() * at.y()) * row;
+  }
+  const Vec3<double> fit = moments.ldlt().solve(right);
+  const double square = fit.z() + fit.x() * fit.x() + fit.y() * fit.y();
+  if (!fit.allFinite() || !(square > 0)) return std::nullopt;
+  return Ball{{fit.x(), fit.y(), 0}, std::sqrt(square)};
+}
+
+// Cone of rays from the eye. r . m = 1 for m = a / cos(angle)
+std::optional<Ball> ballOfCone(std::span<const capture::CameraRay> rays, double radius) {
+  Mat3<double> moments = Mat3<double>::Zero();
+  Vec3<double> right = Vec3<double>::Zero();
+  for (const auto& ray : rays) {
+    moments += ray.direction.raw() * ray.direction.raw().transpose();
+    right += ray.direction.raw();
   }
   const Vec3<double> m = moments.ldlt().solve(right);
   const double cosine = 1 / m.norm();
   if (!m.allFinite() || !(cosine < 1)) return std::nullopt;
   return Ball{radius / std::sqrt(1 - cosine * cosine) * m.normalized(), radius};
+}
+
+// Distance of a ray from the rim of the ball, over its radius as seen.
+double offRim(const capture::CameraRay& ray, const Ball& ball, bool isParallel) {
+  if (isParallel) return std::abs((ray.origin.raw() - ball.center).head<2>().norm() / ball.radius - 1);
+  const Vec3<double> d = ray.direction.raw();
+  const double angle = std::atan2(d.cross(ball.center).norm(), d.dot(ball.center));
+  return std::abs(angle / std::asin(std::min(1.0, ball.radius / ball.center.norm())) - 1);
+}
+
+} // namespace
+
+std::optional<Ball> ballOfOutline(const capture::Lens& lens, std::span<const capture::Pixel> outline,
+                                  double radius) {
+  std::vector<capture::CameraRay> all;
+  for (const capture::Pixel& pixel : outline) {
+    const auto ray = capture::rayThrough(lens, pixel);
+    if (!ray) return std::nullopt;
+    all.push_back(*ray);
+  }
+  const bool isParallel = lens.model == capture::Lens::Model::orthographic;
+  std::vector<capture::CameraRay> kept = all;
+  std::optional<Ball> ball;
+  for (int round = 0; round < kOutlineRounds; ++round) {
+    if (kept.size() < kFewestOutline || 2 * kept.size() < all.size()) return std::nullopt;
+    ball = isParallel ? ballOfParallelRays(kept) : ballOfCone(kept, radius);
+    if (!ball) return std::nullopt;
+    std::vector<double> off;
+    double squares = 0;
+    for (const auto& ray : kept) squares += std::pow(offRim(ray, *ball, isParallel), 2);
+    ball->misfit = std::sqrt(squares / static_cast<double>(kept.size()));
+    for (const auto& ray : all) off.push_back(offRim(ray, *ball, isParallel));
+    const double most = std::max(kOutlierDeviations * median(off), kRoundedOutline);
+    kept.clear();
+    for (size_t i = 0; i < all.size(); ++i)
+      if (off[i] <= most) kept.push_back(all[i]);
+  }
+  return ball;
 }
 
 std::vector<capture::Pixel> outlineOf(const image::Image& coverage) {
@@ -140,13 +177,19 @@ std::optional<Ball> ballOfViews(std::span<const capture::Camera<AcquisitionSpace
   const Eigen::SelfAdjointEigenSolver<Mat3<double>> solver(moments);
   if (!(solver.eigenvalues()[0] > 1e-4 * solver.eigenvalues()[2])) return std::nullopt;
   Ball ball{moments.inverse() * right, 0};
-  for (size_t v = 0; v < cameras.size(); ++v) // a ball of radius 1 would be that much farther away
-    ball.radius += (ball.center - cameras[v].center().raw()).norm() / ofUnitRadius[v].center.norm() /
-                   static_cast<double>(cameras.size());
+  double squares = 0; // distances of the axes from the centre
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const Vec3<double> from = ball.center - cameras[v].center().raw();
+    const Vec3<double> axis = cameras[v].cameraFromWorld.rotation().transpose() * ofUnitRadius[v].center;
+    // A ball of radius 1 would be that much farther away.
+    ball.radius += from.norm() / axis.norm() / static_cast<double>(cameras.size());
+    squares += from.cross(axis.normalized()).squaredNorm() / static_cast<double>(cameras.size());
+  }
+  ball.misfit = std::sqrt(squares) / ball.radius;
   return ball;
 }
 
-LampOfRays lampOfRays(std::span<const MirrorRay> rays) {
+LampOfRays lampOfRays(std::span<const MirrorRay> rays, bool mayBeNear) {
   LampOfRays lamp;
   lamp.errorOfDistance = std::numeric_limits<double>::infinity();
   Vec3<double> mean = Vec3<double>::Zero(), start = Vec3<double>::Zero();
@@ -167,7 +210,7 @@ LampOfRays lampOfRays(std::span<const MirrorRay> rays) {
     return std::sqrt(squares / weights);
   };
   lamp.spread = spreadOf([&](const MirrorRay&) { return lamp.towards; });
-  if (rays.size() < 2) return lamp;
+  if (rays.size() < 2 || !mayBeNear) return lamp;
   // The place nearest to the rays in angle: distances across a ray count by the distance along it.
   Vec3<double> place = start;
   Mat3<double> moments;

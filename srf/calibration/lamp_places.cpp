@@ -1,9 +1,12 @@
 #include "srf/calibration/lamp_places.h"
 
 #include "surfel/base/error.h"
+#include "surfel/math/median.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,9 +22,11 @@ constexpr double kMirror = 0.92;   // greatest cosine between normal and half ve
 constexpr double kShadowed = 0.05; // of a point's brightest shade; darker ones are in shadow
 const double kUnlit = std::log1p(9.0); // cost of a residual of three scales
 constexpr size_t kFewestPoints = 50;
-constexpr int kParts = 8; // of the surface, for standard errors
-constexpr int kIterations = 60;
-constexpr double kRidge = 1e-9; // of the mean diagonal; the common strength of all lamps is free
+constexpr int kParts = 8;                                           // of the surface, for standard errors
+constexpr int kIterations = 60, kIterationsWithoutPart = 10;        // the latter start at the solution
+constexpr size_t kMostChunks = 16, kChunkDoubles = size_t{1} << 24; // of the points: their matrices' sizes
+constexpr Eigen::Index kBatch = 64; // points whose products are added together
+constexpr double kRidge = 1e-9;     // of the mean diagonal; the common strength of all lamps is free
 
 using Unknowns = Eigen::VectorXd; // x, y, z and logarithm of the strength of each lamp
 using Row4 = Eigen::Matrix<double, 4, 1>;
@@ -50,12 +55,6 @@ Shade shadeOf(const LampPhotograph& photograph, const Vec3<double>& p, const Vec
   const Vec3<double> byPlace = n / across - 3 / (distance * distance) * d;
   shade.derivative << photograph.turn.transpose() * byPlace, 1;
   return shade;
-}
-
-Vec3<double> middleOf(const ShadedSurface& surface) {
-  Vec3<double> middle = Vec3<double>::Zero();
-  for (const Vec3<double>& p : surface.points) middle += p / static_cast<double>(surface.points.size());
-  return middle;
 }
 
 // Shades of one point, sorted by point.
@@ -87,7 +86,7 @@ Observations observationsOf(const ShadedSurface& surface, size_t lamps) {
   };
   for (const ShadedPoint& shade : surface.shades)
     brightest[shade.point] = std::max(brightest[shade.point], relative(shade));
-  Observations all{surface, {}, {}, {}, middleOf(surface)};
+  Observations all{surface, {}, {}, {}, surface.middle()};
   for (const ShadedPoint& shade : surface.shades)
     if (relative(shade) > kShadowed * brightest[shade.point]) all.shades.push_back(shade);
   std::ranges::stable_sort(all.shades, {}, &ShadedPoint::point);
@@ -105,16 +104,28 @@ Observations observationsOf(const ShadedSurface& surface, size_t lamps) {
 
 // Normal equations of the places after albedo was eliminated, and the weighted sum of squares.
 struct Equations {
-  Eigen::MatrixXd matrix;
+  Eigen::MatrixXd matrix; // its lower half
   Eigen::VectorXd right;
   double cost = 0;
   size_t points = 0;            // with two accepted shades or more
   std::vector<size_t> shadesOf; // accepted ones, by lamp
   std::vector<double> residuals;
   size_t unlit = 0; // shades
+
+  void add(const Equations& further) {
+    matrix.triangularView<Eigen::Lower>() += further.matrix;
+    right += further.right;
+    cost += further.cost;
+    points += further.points;
+    for (size_t l = 0; l < shadesOf.size(); ++l) shadesOf[l] += further.shadesOf[l];
+    residuals.insert(residuals.end(), further.residuals.begin(), further.residuals.end());
+    unlit += further.unlit;
+  }
 };
 
-Equations equationsAt(const Observations& all, const Unknowns& unknowns, double scale, int withoutPart) {
+// Equations by some of the points.
+Equations equationsOf(const Observations& all, size_t begin, size_t end, const Unknowns& unknowns,
+                      double scale, int withoutPart) {
   struct Accepted {
     double residual, weight;
     Row4 derivative;
@@ -129,9 +140,16 @@ Equations equationsAt(const Observations& all, const Unknowns& unknowns, double 
                       {},
                       0};
   std::vector<Accepted> accepted;
-  std::vector<double> sorted;
-  Eigen::VectorXd sums(size);
-  for (size_t i = 0; i < all.points.size(); ++i) {
+  std::vector<double> residuals;
+  // Weighted sums of derivatives over a point's shades, over the root of their weights: a column a point.
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(size, kBatch);
+  Eigen::Index batched = 0;
+  const auto takeBatch = [&] {
+    equations.matrix.selfadjointView<Eigen::Lower>().rankUpdate(sums.leftCols(batched), -1);
+    sums.setZero();
+    batched = 0;
+  };
+  for (size_t i = begin; i < end; ++i) {
     if (all.part[i] == withoutPart) continue;
     const PointShades& point = all.points[i];
     accepted.clear();
@@ -148,10 +166,9 @@ Equations equationsAt(const Observations& all, const Unknowns& unknowns, double 
     }
     if (accepted.size() < 2) continue;
     // The albedo: the median first, then a mean with Cauchy weights about it.
-    sorted.clear();
-    for (const Accepted& one : accepted) sorted.push_back(one.residual);
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-    double albedo = sorted[sorted.size() / 2], weights = 0;
+    residuals.clear();
+    for (const Accepted& one : accepted) residuals.push_back(one.residual);
+    double albedo = median(residuals), weights = 0;
     for (int round = 0; round < 3; ++round) {
       double sum = 0;
       weights = 0;
@@ -164,7 +181,7 @@ Equations equationsAt(const Observations& all, const Unknowns& unknowns, double 
       albedo = sum / weights;
     }
     ++equations.points;
-    sums.setZero();
+    auto sum = sums.col(batched);
     for (Accepted& one : accepted) {
       const auto at = static_cast<Eigen::Index>(4 * one.lamp);
       const double residual = one.residual - albedo;
@@ -172,12 +189,26 @@ Equations equationsAt(const Observations& all, const Unknowns& unknowns, double 
       equations.residuals.push_back(std::abs(residual));
       equations.matrix.block<4, 4>(at, at) += one.weight * one.derivative * one.derivative.transpose();
       equations.right.segment<4>(at) += one.weight * residual * one.derivative;
-      sums.segment<4>(at) += one.weight * one.derivative;
+      sum.segment<4>(at) += one.weight / std::sqrt(weights) * one.derivative;
       ++equations.shadesOf[one.lamp];
     }
-    equations.matrix.noalias() -= sums * sums.transpose() / weights;
+    if (++batched == kBatch) takeBatch();
   }
+  takeBatch();
   return equations;
+}
+
+// Chunks of points are fixed, and added in order, so that the sum does not depend on the number of threads.
+Equations equationsAt(const Observations& all, const Unknowns& unknowns, double scale, int withoutPart) {
+  const auto size = static_cast<size_t>(unknowns.size());
+  const size_t chunks = std::clamp(kChunkDoubles / (size * size), size_t{1}, kMostChunks);
+  std::vector<Equations> parts(chunks);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t c) {
+    parts[c] = equationsOf(all, c * all.points.size() / chunks, (c + 1) * all.points.size() / chunks,
+                           unknowns, scale, withoutPart);
+  });
+  for (size_t c = 1; c < chunks; ++c) parts[0].add(parts[c]);
+  return std::move(parts[0]);
 }
 
 // Step that moves no lamp by more than half of its distance from the surface: the place of a far lamp would
@@ -196,11 +227,16 @@ Unknowns limited(const Observations& all, const Unknowns& unknowns, Unknowns ste
 }
 
 // Levenberg's and Marquardt's iterations with a scale of residuals that follows their median.
-Unknowns refined(const Observations& all, Unknowns unknowns, int withoutPart, const Progress& progress,
-                 Equations* last = nullptr) {
-  double scale = 0.5, damping = 1e-4;
+struct Fitted {
+  Unknowns unknowns;
+  double scale = 0.5; // of the residuals
+  Equations equations;
+};
+Fitted refined(const Observations& all, Unknowns unknowns, double scale, int iterations, int withoutPart,
+               const Progress& progress) {
+  double damping = 1e-4;
   Equations now = equationsAt(all, unknowns, scale, withoutPart);
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < iterations; ++i) {
     progress.checkpoint();
     if (now.points < kFewestPoints)
       throw Error::mismatch("at least " + std::to_string(kFewestPoints) +
@@ -225,21 +261,22 @@ Unknowns refined(const Observations& all, Unknowns unknowns, int withoutPart, co
     const bool isDone = step.norm() < 1e-9 * (1 + unknowns.norm());
     unknowns += step;
     damping /= 4;
-    auto& residuals = next.residuals;
-    std::ranges::nth_element(residuals,
-                             residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2));
-    const double median = residuals[residuals.size() / 2];
-    const double wanted = std::max(1e-6, 3 * median); // 3 medians are two standard deviations
+    const double wanted = std::max(1e-6, 3 * median(next.residuals)); // 3 medians are two standard deviations
     const bool changes = std::abs(wanted - scale) > 0.02 * scale;
     scale = std::min(scale, wanted);
     now = changes ? equationsAt(all, unknowns, scale, withoutPart) : std::move(next);
     if (isDone && !changes) break;
   }
-  if (last) *last = std::move(now);
-  return unknowns;
+  return {std::move(unknowns), scale, std::move(now)};
 }
 
 } // namespace
+
+Vec3<double> ShadedSurface::middle() const {
+  Vec3<double> middle = Vec3<double>::Zero();
+  for (const Vec3<double>& p : points) middle += p / static_cast<double>(points.size());
+  return middle;
+}
 
 std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const Vec3<double>> guesses,
                                   const Progress& progress) {
@@ -255,23 +292,21 @@ std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const 
   }
   for (size_t l = 0; l < guesses.size(); ++l)
     if (counts[l] > 0) start[static_cast<Eigen::Index>(4 * l + 3)] = std::log(sums[l] / counts[l]);
-  Equations last;
-  const Unknowns found = refined(all, start, -1, progress, &last);
-  std::vector<double>& residuals = last.residuals;
-  const auto half = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::ranges::nth_element(residuals, half);
-  const double misfit = *half;
+  progress("lamps", 0);
+  const Fitted fit = refined(all, start, Fitted().scale, kIterations, -1, progress);
+  const Unknowns& found = fit.unknowns;
+  const double misfit = median(fit.equations.residuals);
   // Delete-a-group jackknife over parts of the surface, whose errors hang together.
   std::vector<Unknowns> without;
   for (int part = 0; part < kParts; ++part) {
-    progress("lamps", static_cast<double>(part) / kParts);
+    progress("lamps", (part + 1.0) / (kParts + 1));
     if (std::ranges::find(all.part, part) == all.part.end()) continue;
     try {
-      without.push_back(refined(all, found, part, progress));
+      without.push_back(refined(all, found, fit.scale, kIterationsWithoutPart, part, progress).unknowns);
     } catch (const Error&) { // most of the surface is in this part
     }
   }
-  const Vec3<double> middle = middleOf(surface);
+  const Vec3<double> middle = surface.middle();
   double meanLogarithm = 0;
   for (size_t l = 0; l < guesses.size(); ++l)
     meanLogarithm += found[static_cast<Eigen::Index>(4 * l + 3)] / static_cast<double>(guesses.size());
@@ -282,7 +317,7 @@ std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const 
     LampPlace& lamp = places.emplace_back();
     lamp.place = found.segment<3>(at);
     lamp.strength = std::exp(found[at + 3] - meanLogarithm);
-    lamp.shades = last.shadesOf[l];
+    lamp.shades = fit.equations.shadesOf[l];
     lamp.misfit = misfit;
     // From the middle of the object, in the first photograph of the lamp.
     const auto photograph = std::ranges::find(surface.photographs, l, &LampPhotograph::lamp);
@@ -318,7 +353,7 @@ std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const 
 
 std::vector<Vec3<double>> guessedPlaces(const ShadedSurface& surface, size_t lamps, double distance) {
   std::vector<double> sum(surface.points.size()), count(surface.points.size());
-  const Vec3<double> middle = middleOf(surface);
+  const Vec3<double> middle = surface.middle();
   for (const ShadedPoint& shade : surface.shades) {
     sum[shade.point] += static_cast<double>(shade.luminance);
     ++count[shade.point];

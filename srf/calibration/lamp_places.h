@@ -4,9 +4,13 @@
 //
 //   b = rho I n . (x - p) / |x - p|^3
 //
-// where it is a Lambert surface. In logarithms, albedo is a sum that the mean over a point's photographs
-// removes; places and intensities follow by robust nonlinear least squares. A lamp may be carried by a
-// camera, as a flash is: its place is then sought in that camera's axes.
+// where it is a Lambert surface: the cosine law and the inverse square of the distance, as in photometric
+// stereo by near lamps [Quéau et al. 2018]. In logarithms, albedo is a sum that the mean over a
+// point's photographs removes; places and intensities follow by robust nonlinear least squares. A lamp may be
+// carried by a camera, as a flash is: its place is then sought in that camera's axes.
+//
+// [Quéau et al. 2018] Quéau, Durix, Wu, Cremers, Lauze, Durou: LED-Based Photometric Stereo: Modeling,
+// Calibration and Numerical Solution, Journal of Mathematical Imaging and Vision 60(3).
 #pragma once
 
 #include "surfel/base/time.h"
@@ -19,8 +23,8 @@
 
 namespace surflect::calibration {
 
-// Luminance of a surface point in one photograph, and the mean of the unit normals over what its pixels show:
-// its length below 1 tells how much the surface turns within them, which darkens it as much.
+// Luminance of a surface point in one photograph. `normal` is the mean of the unit normals over what its
+// pixels show; it is shorter than 1 where the surface curves within them, which dims it equally.
 struct ShadedPoint {
   uint32_t point, photograph;
   float luminance; // linear, above 0
@@ -39,6 +43,8 @@ struct ShadedSurface {
   std::vector<Vec3<double>> points;
   std::vector<LampPhotograph> photographs;
   std::vector<ShadedPoint> shades; // in any order
+
+  Vec3<double> middle() const; // mean of the points
 };
 
 struct LampPlace {
@@ -54,8 +60,9 @@ struct LampPlace {
 
 // Places of all lamps, from the given first guesses (#lamps). Shades near mirror direction, grazing and dark
 // ones are left out; highlights and shadows count little (Cauchy weights). Throws Error where fewer than 50
-// points are seen in two photographs that the fit accepts; throws Cancelled. Cost: #shades x #lamps for each
-// of some hundred iterations.
+// points are seen in two photographs that the fit accepts; throws Cancelled; progress names the stage
+// "lamps". Cost: #points x #lamps^2 for each of up to 140 iterations. The result does not depend on the
+// number of threads.
 std::vector<LampPlace> lampPlaces(const ShadedSurface& surface, std::span<const Vec3<double>> guesses,
                                   const Progress& progress = {});
 

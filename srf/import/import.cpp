@@ -164,7 +164,8 @@ std::optional<fs::path> findParameters(const fs::path& folder) {
   return found;
 }
 
-ForeignCapture readSource(const fs::path& source, ImportFormat format, const ImportOptions& options) {
+ForeignCapture readSource(const fs::path& source, ImportFormat format, const ImportOptions& options,
+                          const Progress& progress) {
   fs::path folder = isFolder(source) ? source : source.parent_path();
   if (folder.empty()) folder = ".";
   if (!options.chunks.empty() && format != ImportFormat::metashape)
@@ -184,7 +185,7 @@ ForeignCapture readSource(const fs::path& source, ImportFormat format, const Imp
   }
   case ImportFormat::lights: {
     if (!options.litView.chromeBall.empty() && isFolder(source))
-      return readLitView(folder, "", options.litView, options.allowOutside);
+      return readLitView(folder, "", options.litView, options.allowOutside, progress);
     auto file = isFolder(source) ? options.lights : source;
     if (file.empty()) file = findLights(source).value_or("");
     if (file.empty())
@@ -192,7 +193,7 @@ ForeignCapture readSource(const fs::path& source, ImportFormat format, const Imp
           .in(source);
     const bool isOwnFolder = isFolder(source) && !options.lights.empty();
     return readLitView(isOwnFolder ? folder : folderOfPhotographs(file), file, options.litView,
-                       options.allowOutside);
+                       options.allowOutside, progress);
   }
   }
   throw Error("unknown format");
@@ -584,10 +585,10 @@ ImportReport importCapture(const fs::path& sourcePath, const fs::path& output, c
   ImportReport report;
   report.format = formatOfSource(sourcePath, options);
   OutputFolder folder(output);
-  ForeignCapture source = readSource(sourcePath, report.format, options);
+  ForeignCapture source = readSource(sourcePath, report.format, options, progress);
   if (!options.cameraPlaces.empty()) moveToPlaces(source, options.cameraPlaces, options.lamps.pattern);
   if (!options.mesh.empty()) source.capture.geometry = options.mesh; // counts in the world of the places
-  if (options.lamps.isGiven()) giveLights(source, options.lamps);
+  if (options.lamps.isGiven()) giveLights(source, options.lamps, progress);
   capture::Capture& capture = source.capture;
   if (options.masks) dropMasks(source);
   if (options.colorSpace) {

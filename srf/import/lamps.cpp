@@ -12,7 +12,9 @@
 #include "surfel/base/file.h"
 #include "surfel/base/text.h"
 #include "surfel/geometry/ray_caster.h"
+#include "surfel/geometry/smooth_normals.h"
 #include "surfel/math/bounds.h"
+#include "surfel/math/median.h"
 
 #include <Eigen/Geometry>
 #include <tbb/parallel_for.h>
@@ -20,6 +22,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace surflect::importers {
@@ -134,23 +137,37 @@ std::map<std::string, size_t> takeLampImages(ForeignCapture& source, const std::
   return numbers;
 }
 
-// Lamps of all names that fit the pattern, without places so far.
-std::map<std::string, size_t> addUnplacedLamps(ForeignCapture& source, const std::string& pattern) {
+// Lamps of the photographs of these cameras whose names fit the pattern, without places so far.
+std::map<std::string, size_t> addUnplacedLamps(ForeignCapture& source, const std::string& pattern,
+                                               const std::map<std::string, Poses>& cameras) {
   std::map<std::string, size_t> numbers;
-  for (const std::string& name : namesBelow(source.files.root))
-    if (const auto named = matched(pattern, name); named && !numbers.contains(named->light)) {
-      numbers[named->light] = source.capture.lights.size();
+  std::set<std::string> ofOthers;
+  for (const std::string& name : namesBelow(source.files.root)) {
+    const auto named = matched(pattern, name);
+    if (!named) continue;
+    if (!cameras.contains(named->camera)) {
+      ofOthers.insert(named->light);
+    } else if (numbers.emplace(named->light, source.capture.lights.size()).second) {
       source.capture.lights.push_back(lamp(named->light, {0, 0, 1}, false, 1));
     }
+  }
+  std::vector<std::string> leftOut;
+  for (const std::string& light : ofOthers)
+    if (!numbers.contains(light)) leftOut.push_back(light);
+  if (!leftOut.empty())
+    source.notes.push_back(
+        "warning: " + counted(leftOut.size(), "lamp") +
+        " left out, of cameras without a registered picture alone: " + firstNames(leftOut));
   return numbers;
 }
 
 // Lamps by a mirror ball, of equal strengths: each has irradiance 1 on average.
 std::map<std::string, size_t> addBallLamps(ForeignCapture& source, const LampOptions& options,
-                                           const std::map<std::string, Poses>& cameras) {
+                                           const std::map<std::string, Poses>& cameras,
+                                           const Progress& progress) {
   std::map<std::string, capture::Camera<AcquisitionSpace>> poses;
   for (const auto& [name, ofName] : cameras) poses[name] = ofName.mean();
-  const BallLamps ball = lampsOfBall(options.chromeBall, options.pattern, poses);
+  const BallLamps ball = lampsOfBall(options.chromeBall, options.pattern, poses, progress);
   source.notes.insert(source.notes.end(), ball.notes.begin(), ball.notes.end());
   std::vector<Vec3<double>> places;
   for (const auto& [name, one] : ball.lamps)
@@ -166,9 +183,10 @@ std::map<std::string, size_t> addBallLamps(ForeignCapture& source, const LampOpt
 }
 
 std::map<std::string, size_t> addLamps(ForeignCapture& source, const LampOptions& options,
-                                       const std::map<std::string, Poses>& cameras) {
-  if (!options.chromeBall.empty()) return addBallLamps(source, options, cameras);
-  if (options.findLamps) return addUnplacedLamps(source, options.pattern);
+                                       const std::map<std::string, Poses>& cameras,
+                                       const Progress& progress) {
+  if (!options.chromeBall.empty()) return addBallLamps(source, options, cameras, progress);
+  if (options.findLamps) return addUnplacedLamps(source, options.pattern, cameras);
   if (options.lights.empty())
     throw Error("a table of lights is needed beside --pattern, or \"auto\", --chrome-ball or --lamp-images")
         .at("--lights");
@@ -199,7 +217,7 @@ std::map<std::string, size_t> addLamps(ForeignCapture& source, const LampOptions
 }
 
 // Photographs of all pictures that fit the pattern.
-void lightByNames(ForeignCapture& source, const LampOptions& options) {
+void lightByNames(ForeignCapture& source, const LampOptions& options, const Progress& progress) {
   std::map<std::string, size_t> lights;
   if (!options.lampImages.empty()) lights = takeLampImages(source, options.lampImages);
   std::map<std::string, Poses> cameras;
@@ -216,7 +234,7 @@ void lightByNames(ForeignCapture& source, const LampOptions& options) {
                               shownText(nameBelowRoot(source, source.capture.frames.front())),
                           shownText(options.pattern))
         .at("--pattern");
-  if (options.lampImages.empty()) lights = addLamps(source, options, cameras);
+  if (options.lampImages.empty()) lights = addLamps(source, options, cameras, progress);
 
   capture::Capture& capture = source.capture;
   capture.views.clear();
@@ -285,7 +303,6 @@ void lightByFlash(ForeignCapture& source, const Vec3<double>& offset, bool isFou
 
 constexpr size_t kSurfacePoints = 4000, kFlashPhotographs = 96, kLampViews = 8;
 constexpr size_t kFewestShades = 50;      // of a lamp
-constexpr double kSharpEdge = 0.85;       // cosine between a triangle and its interpolated normal
 constexpr double kOpen = 0.03;            // share of the mesh in what a point sees
 constexpr double kReach = 0.05;           // of the mesh's size, around a point within its pixels
 constexpr double kInside = 0.99;          // alpha around a point
@@ -294,25 +311,6 @@ constexpr double kFits = 0.15;            // median of |log(shown / fitted)|
 constexpr double kCertainPlace = 0.05;    // largest standard error of a flash over its distance
 constexpr double kCertainDistance = 0.25; // largest standard error of a lamp's distance over itself
 constexpr double kCertainDirection = 0.1; // radians
-
-// A mesh with normals that are interpolated between the corners of its triangles, but across sharp edges.
-struct SmoothMesh {
-  explicit SmoothMesh(const TriangleMesh& of) : mesh(of), normals(of.positions.size(), Vec3<double>::Zero()) {
-    for (size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (const auto corner : mesh.triangles[t]) normals[corner] += areaVector(mesh, t);
-  }
-  // Unit normal at barycentrics of the second and third corner.
-  Vec3<double> normalAt(size_t triangle, double u, double v) const {
-    const auto& [a, b, c] = mesh.triangles[triangle];
-    const Vec3<double> flat = areaVector(mesh, triangle).normalized();
-    const auto ofCorner = [&](auto i) -> Vec3<double> { return normals[i].normalized(); };
-    const Vec3<double> smooth = ((1 - u - v) * ofCorner(a) + u * ofCorner(b) + v * ofCorner(c)).normalized();
-    return smooth.dot(flat) > kSharpEdge ? smooth : flat;
-  }
-
-  const TriangleMesh& mesh;
-  std::vector<Vec3<double>> normals; // of the corners, of any length
-};
 
 // Share of the light that a surface would reflect, were it lit from everywhere, which comes from the mesh
 // itself.
@@ -334,8 +332,8 @@ double shareOfMesh(const Vec3<double>& point, const Vec3<double>& normal,
 
 // Points spread evenly over a mesh; only open ones, or the more open half: light from the mesh itself is not
 // modelled.
-std::vector<Vec3<double>> spreadPoints(const SmoothMesh& smooth, const RayCaster<AcquisitionSpace>& caster) {
-  const TriangleMesh& mesh = smooth.mesh;
+std::vector<Vec3<double>> spreadPoints(const TriangleMesh& mesh, const SmoothNormals& smooth,
+                                       const RayCaster<AcquisitionSpace>& caster) {
   double all = 0, below = 0;
   std::vector<Vec3<double>> normals;
   for (size_t t = 0; t < mesh.triangles.size(); ++t) all += areaVector(mesh, t).norm();
@@ -351,16 +349,13 @@ std::vector<Vec3<double>> spreadPoints(const SmoothMesh& smooth, const RayCaster
         return mesh.positions[mesh.triangles[t][corner]].raw().cast<double>();
       };
       points.push_back((1 - u - v) * at(0) + u * at(1) + v * at(2));
-      normals.push_back(smooth.normalAt(t, u, v));
+      normals.push_back(smooth.at(t, points.back()));
     }
   }
   std::vector<double> shares(points.size());
   tbb::parallel_for(size_t{0}, points.size(),
                     [&](size_t i) { shares[i] = shareOfMesh(points[i], normals[i], caster); });
-  std::vector<double> sorted = shares;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::ranges::nth_element(sorted, middle);
-  const double most = std::max(kOpen, *middle);
+  const double most = std::max(kOpen, median(shares));
   size_t kept = 0;
   for (size_t i = 0; i < points.size(); ++i)
     if (shares[i] <= most) points[kept++] = points[i];
@@ -368,14 +363,25 @@ std::vector<Vec3<double>> spreadPoints(const SmoothMesh& smooth, const RayCaster
   return points;
 }
 
-// Frames to estimate from: of a flash evenly chosen ones, of lamps all photographs of some cameras.
+// Frames to estimate from: of a flash evenly chosen ones, of lamps all photographs of some cameras, and of a
+// lamp that fewer of them show, further ones.
 std::vector<size_t> framesForPlaces(const capture::Capture& capture, bool isFlash) {
   if (isFlash) return evenlySpaced(capture.frames.size(), kFlashPhotographs);
   std::vector<bool> isChosen(capture.views.size());
   for (const size_t view : evenlySpaced(capture.views.size(), kLampViews)) isChosen[view] = true;
-  std::vector<size_t> frames;
-  for (size_t f = 0; f < capture.frames.size(); ++f)
-    if (isChosen[capture.frames[f].view]) frames.push_back(f);
+  std::vector<size_t> frames, count(capture.lights.size());
+  std::vector<std::vector<size_t>> further(capture.lights.size());
+  for (size_t f = 0; f < capture.frames.size(); ++f) {
+    const capture::Frame& frame = capture.frames[f];
+    if (isChosen[frame.view])
+      frames.push_back(f), ++count[*frame.light];
+    else
+      further[*frame.light].push_back(f);
+  }
+  for (size_t l = 0; l < count.size(); ++l)
+    for (const size_t i : evenlySpaced(further[l].size(), kLampViews - std::min(kLampViews, count[l])))
+      frames.push_back(further[l][i]);
+  std::ranges::sort(frames);
   return frames;
 }
 
@@ -383,7 +389,7 @@ std::vector<size_t> framesForPlaces(const capture::Capture& capture, bool isFlas
 // at outlines, outside of the matte, and where a pixel is clipped.
 std::optional<calibration::ShadedPoint> shadeAt(const capture::Camera<AcquisitionSpace>& camera,
                                                 const capture::Photograph& shown, float clipped,
-                                                const SmoothMesh& smooth,
+                                                const SmoothNormals& smooth,
                                                 const RayCaster<AcquisitionSpace>& caster,
                                                 const Vec3<double>& point, double reach) {
   const auto pixel = camera.project(assume<Point3<AcquisitionSpace, double>>(point));
@@ -409,9 +415,10 @@ std::optional<calibration::ShadedPoint> shadeAt(const capture::Camera<Acquisitio
       const auto origin = worldFromCamera(ray->origin);
       const auto direction = worldFromCamera(ray->direction);
       const auto hit = caster.firstHit(origin, direction);
-      if (!hit || (origin.raw() + hit->distance * direction.raw() - point).norm() > reach)
-        return std::nullopt;
-      const Vec3<double> n = smooth.normalAt(hit->triangle, hit->b, hit->c);
+      if (!hit) return std::nullopt;
+      const Vec3<double> at = origin.raw() + hit->distance * direction.raw();
+      if ((at - point).norm() > reach) return std::nullopt;
+      const Vec3<double> n = smooth.at(hit->triangle, at);
       normal += weight / 4 * (n.dot(direction.raw()) > 0 ? Vec3<double>(-n) : n);
     }
   }
@@ -425,13 +432,13 @@ calibration::ShadedSurface shadedSurface(const capture::Capture& capture, bool i
   const TriangleMesh mesh =
       readMesh(capture.folder() / capture.geometry, {.origin = capture.origin}, progress);
   const RayCaster<AcquisitionSpace> caster(mesh, progress);
-  const SmoothMesh smooth(mesh);
+  const SmoothNormals smooth(mesh, progress);
   const double size = boundsOf(mesh.positions).diagonal().norm();
   calibration::ShadedSurface surface;
-  surface.points = spreadPoints(smooth, caster);
+  surface.points = spreadPoints(mesh, smooth, caster);
   const std::vector<size_t> frames = framesForPlaces(capture, isFlash);
   for (size_t k = 0; k < frames.size(); ++k) {
-    progress("lamps", static_cast<double>(k) / static_cast<double>(frames.size()));
+    progress("shading", static_cast<double>(k) / static_cast<double>(frames.size()));
     const capture::Frame& frame = capture.frames[frames[k]];
     const capture::Camera<AcquisitionSpace>& camera = capture.views[frame.view].camera;
     const capture::Viewpoint<AcquisitionSpace> viewpoint(camera);
@@ -478,21 +485,20 @@ std::string percentText(double share) {
 // Throws Error where the photographs are not those of a surface of this shape.
 void requireFit(const calibration::LampPlace& lamp) {
   if (!(lamp.misfit <= kFits))
-    throw Error::mismatch("shades that a Lambert surface of the mesh's shape fits to " + percentText(kFits) +
-                              " or better (is it the object's mesh?)",
-                          percentText(lamp.misfit));
+    throw Error::mismatch(
+        "at most " + percentText(kFits) +
+            " between the photographs and a Lambert surface of the mesh (is it the object's?)",
+        "a median misfit of " + percentText(lamp.misfit));
 }
 
 void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surface, const Progress& progress) {
   const Vec3<double> atCamera = Vec3<double>::Zero();
   const calibration::LampPlace flash = calibration::lampPlaces(surface, std::span(&atCamera, 1), progress)[0];
-  Vec3<double> middle = Vec3<double>::Zero();
-  for (const Vec3<double>& p : surface.points) middle += p / static_cast<double>(surface.points.size());
+  const Vec3<double> middle = surface.middle();
   std::vector<double> distances;
   for (const calibration::LampPhotograph& photograph : surface.photographs)
     distances.push_back((photograph.turn * flash.place + photograph.shift - middle).norm());
-  std::ranges::nth_element(distances, distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2));
-  const double distance = distances[distances.size() / 2];
+  const double distance = median(std::move(distances));
   const double error = flash.standardErrors.norm() / distance;
   const std::string found = tripleText(flash.place) + " from the camera, standard errors " +
                             tripleText(flash.standardErrors) + ", " + percentText(error) +
@@ -506,7 +512,7 @@ void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surfac
   capture.lights.clear();
   lightByFlash(source, flash.place, true);
   capture.calibration["lights"] = "a flash, estimated from shading at " + found;
-  source.notes.push_back("flash found from shading at " + found + "; fits " + counted(flash.shades, "shade") +
+  source.notes.push_back("flash found from shading at " + found + "; fits " + counted(flash.shades, "point") +
                          " to " + percentText(flash.misfit) + " in " +
                          counted(surface.photographs.size(), "photograph"));
 }
@@ -514,14 +520,14 @@ void placeFlash(ForeignCapture& source, const calibration::ShadedSurface& surfac
 void placeInWorld(ForeignCapture& source, const calibration::ShadedSurface& surface,
                   const Progress& progress) {
   capture::Capture& capture = source.capture;
-  Vec3<double> middle = Vec3<double>::Zero();
+  const Vec3<double> middle = surface.middle();
   double reach = 0, away = 0;
-  for (const Vec3<double>& p : surface.points) middle += p / static_cast<double>(surface.points.size());
   for (const Vec3<double>& p : surface.points) reach = std::max(reach, (p - middle).norm());
   for (const capture::View& view : capture.views) away += (view.camera.center().raw() - middle).norm();
   away = std::max(2 * reach, std::min(away / static_cast<double>(capture.views.size()), 10 * reach));
   const auto lamps = calibration::lampPlaces(
       surface, calibration::guessedPlaces(surface, capture.lights.size(), away), progress);
+  requireFit(lamps[0]);  // before the cameras are blamed
   double irradiance = 0; // mean at the middle
   for (const calibration::LampPlace& one : lamps)
     irradiance += one.strength / (one.place - middle).squaredNorm() / static_cast<double>(lamps.size());
@@ -547,13 +553,12 @@ void placeInWorld(ForeignCapture& source, const calibration::ShadedSurface& surf
     throw Error("the photographs do not tell where " + counted(poor.size(), "lamp") + " of " +
                 std::to_string(lamps.size()) + " stood, to a tenth of a radian (" + firstNames(poor) +
                 "): more cameras, or a table");
-  requireFit(lamps[0]);
   const std::string found =
       counted(lamps.size() - far, "lamp") + " at places" +
       (far < lamps.size() ? ", to " + percentText(worstPlace) + " of their distance (standard error)" : "") +
       (far > 0 ? ", and " + counted(far, "lamp") + " as directions, too far away for a place" : "");
   capture.calibration["lights"] = "estimated from shading: " + found;
-  source.notes.push_back("found from shading: " + found + "; shades fit to " + percentText(lamps[0].misfit) +
+  source.notes.push_back("found from shading: " + found + "; points fit to " + percentText(lamps[0].misfit) +
                          ", strengths are relative");
 }
 
@@ -584,12 +589,13 @@ std::optional<LitName> matched(std::string_view pattern, std::string_view name) 
                        : LitName{std::string(other), std::string(one)};
 }
 
-void giveLights(ForeignCapture& source, const LampOptions& options) {
+void giveLights(ForeignCapture& source, const LampOptions& options, const Progress& progress) {
   if (std::ranges::any_of(source.capture.frames,
                           [](const capture::Frame& frame) { return frame.light.has_value(); }))
     throw Error("the source states lights of its own").at(options.pattern.empty() ? "--flash" : "--pattern");
+  source.capture.lights.clear(); // no photograph names one
   if (!options.pattern.empty())
-    lightByNames(source, options);
+    lightByNames(source, options, progress);
   else if (options.findFlash)
     lightByFlash(source, Vec3<double>::Zero(), true);
   else

@@ -39,16 +39,19 @@ struct LitName {
 // once each.
 std::optional<LitName> matched(std::string_view pattern, std::string_view name);
 
-// Gives the photographs of a source under fixed light their lights. With a pattern, every picture that fits
+// Gives the photographs of a source under fixed light their lights; lights that it lists, and no photograph
+// names, are dropped. With a pattern, every picture that fits
 // it and whose camera has a registered picture becomes a photograph; the pose of a camera is the mean of its
-// registered pictures' poses, which a note tells if they differ. Strengths are taken as equal, and places
-// that are to be estimated are the cameras'. Throws Error.
-void giveLights(ForeignCapture& source, const LampOptions& options);
+// registered pictures' poses, which a note tells if they differ. Strengths are taken as equal. Where
+// placeLamps() is to estimate places, flashes are at their cameras until then, and lamps in no place. Throws
+// Error; throws Cancelled while pictures of a mirror ball are read.
+void giveLights(ForeignCapture& source, const LampOptions& options, const Progress& progress = {});
 
 // Estimates the places that the options ask for, from the photographs and the capture's geometry
 // (srf/calibration/lamp_places.h). Of lamps in the world also relative strengths; one that is too far away
 // for a place becomes a direction. Notes tell results and their standard errors. Throws Error without a
-// geometry, and where the photographs do not determine places; throws Cancelled.
+// geometry, and where the photographs do not determine places; throws Cancelled. Progress names the stages
+// "shading" (photographs are read, up to eight of a lamp or 96 of a flash) and "lamps" (places are fitted).
 void placeLamps(ForeignCapture& source, const LampOptions& options, const Progress& progress = {});
 
 } // namespace surflect::importers

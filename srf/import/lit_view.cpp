@@ -386,7 +386,8 @@ void addLights(ForeignCapture& source, const std::vector<LightEntry>& entries,
                                                strengths[l]};
       source.capture.lights.push_back(std::move(light));
     } catch (Error& e) {
-      throw std::move(e).at("line " + std::to_string(entries[l].line));
+      throw std::move(e).at(entries[l].line > 0 ? "line " + std::to_string(entries[l].line)
+                                                : "light " + shownText(names[l]));
     }
 }
 
@@ -443,13 +444,13 @@ std::optional<fs::path> findLights(const fs::path& folder) {
 namespace {
 
 std::vector<LightEntry> entriesOf(const fs::path& lights, const LitViewOptions& options,
-                                  ForeignCapture& source) {
+                                  ForeignCapture& source, const Progress& progress) {
   if (!options.chromeBall.empty()) {
     const std::vector<fs::path> balls = picturesIn(options.chromeBall);
     if (balls.empty()) throw Error("no pictures of the ball here").in(options.chromeBall);
     source.notes.push_back("directions of lights by reflections on a mirror ball");
     return lampsOfBallInOneView(options.chromeBall,
-                                frontCamera(image::readPictureSize(balls[0]), options).lens);
+                                frontCamera(image::readPictureSize(balls[0]), options).lens, progress);
   }
   const std::string content = readFile(lights), points = withDecimalPoints(content);
   if (points != content) source.notes.push_back("the light file has decimal commas");
@@ -459,11 +460,11 @@ std::vector<LightEntry> entriesOf(const fs::path& lights, const LitViewOptions& 
 } // namespace
 
 ForeignCapture readLitView(const fs::path& folder, const fs::path& lights, const LitViewOptions& options,
-                           bool allowOutside) try {
+                           bool allowOutside, const Progress& progress) try {
   ForeignCapture source;
   source.files = {folder, allowOutside};
   const Folder pictures = photographsIn(source.files);
-  const std::vector<LightEntry> entries = entriesOf(lights, options, source);
+  const std::vector<LightEntry> entries = entriesOf(lights, options, source, progress);
   const std::vector<fs::path> photographs = photographsOf(entries, source.files, pictures, source.notes);
 
   std::vector<fs::path> names;
@@ -495,7 +496,7 @@ ForeignCapture readLitView(const fs::path& folder, const fs::path& lights, const
     source.notes.push_back("directions were brought to length 1; if they are positions, say --positions");
   return source;
 } catch (Error& e) {
-  throw std::move(e).in(lights);
+  throw std::move(e).in(lights.empty() ? options.chromeBall : lights);
 }
 
 } // namespace surflect::importers

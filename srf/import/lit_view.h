@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/import/foreign_capture.h"
+#include "surfel/base/time.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>
@@ -26,7 +27,7 @@ inline constexpr std::string_view kLightSeparators = ",;";
 struct LightEntry {
   std::string name;
   Vec3<double> vector;
-  size_t line = 0;
+  size_t line = 0; // 0: not of a file
 };
 // Parses lights whose numbers have decimal points. Throws Error with the line.
 std::vector<LightEntry> parseLights(std::string_view content);
@@ -59,8 +60,8 @@ std::filesystem::path folderOfPhotographs(const std::filesystem::path& lights);
 // is the mask of all photographs. Strengths come from light_intensities.txt beside the light file, r g b per
 // line. Otherwise they are unknown: irradiance 1, or for positions one intensity with mean irradiance 1 at
 // the origin. With a mirror ball, its pictures and the photographs belong together in natural order, and
-// `lights` is not read. Throws Error with the line.
+// `lights` is not read. Throws Error with the line; throws Cancelled.
 ForeignCapture readLitView(const std::filesystem::path& folder, const std::filesystem::path& lights,
-                           const LitViewOptions& options, bool allowOutside);
+                           const LitViewOptions& options, bool allowOutside, const Progress& progress = {});
 
 } // namespace surflect::importers

@@ -227,6 +227,7 @@ LightEvidence evidenceOf(const std::vector<LightSamples>& views, const std::vect
     std::vector<std::optional<Eigen::VectorXd>> shadings;
     for (const auto& shading : all) shadings.push_back(standardised(shading));
     for (size_t s = 0; s < shown.size(); ++s) {
+      progress.checkpoint();
       const size_t l = view.shots[s].light;
       const auto picture = standardised(shown[s]);
       if (!picture || !shadings[l]) continue;
@@ -240,10 +241,10 @@ LightEvidence evidenceOf(const std::vector<LightSamples>& views, const std::vect
   return evidence;
 }
 
-// Light at a multiple of its position, of the same irradiance at the origin.
-capture::Light scaledPosition(capture::Light light, double factor) {
+// Light at a multiple of its position from `zero`, of the same irradiance there.
+capture::Light scaledPosition(capture::Light light, double factor, const Vec3<double>& zero) {
   auto& point = std::get<capture::PointLight>(light.kind);
-  point.position = assume<Point3<World, double>>(Vec3<double>(factor * point.position.raw()));
+  point.position = assume<Point3<World, double>>(Vec3<double>(zero + factor * (point.position.raw() - zero)));
   point.intensity = static_cast<float>(factor * factor) * point.intensity;
   return light;
 }
@@ -264,7 +265,12 @@ constexpr std::array<UnitRatio, 6> kUnitRatios{{{1000, "millimetres", "metres"},
 struct PositionFactor {
   double factor;
   bool isUnit;
-  double gain = 0, own = 0, other = 0; // correlations, as stated and with the factor
+  bool isTried = true;
+  double own = 0, other = 0; // sums of correlations over photographs, as stated and with the factor
+  double apart = 0, count = 0;
+
+  // As LightEvidence::gain(); 0 if both shadings look alike.
+  double gain() const { return apart > kTellableScale * count ? (other - own) / apart : 0; }
 };
 std::vector<PositionFactor> positionFactors() {
   std::vector<PositionFactor> factors;
@@ -277,69 +283,76 @@ std::vector<PositionFactor> positionFactors() {
   return factors;
 }
 
-// Compares all positions times a factor with those stated. Views with few lights do not count.
-void compare(PositionFactor& factor, const std::vector<LightSamples>& views,
-             const std::vector<capture::Light>& lights, const std::vector<capture::Light>& others) {
-  double own = 0, other = 0, apart = 0, count = 0;
-  for (const LightSamples& view : views) {
-    if (view.shots.size() < kLightsForAlbedo) continue;
-    Table stated, changed;
-    for (const LitShot& shot : view.shots) {
-      stated.push_back(shaded(view, lights[shot.light]));
-      changed.push_back(shaded(view, others[shot.light]));
-    }
-    const Table byStated = withoutSum(view, stated), byChanged = withoutSum(view, changed);
-    for (size_t s = 0; s < stated.size(); ++s) {
-      const auto shading = standardised(stated[s]), shadingByOther = standardised(changed[s]),
-                 shown = standardised(byStated[s]), shownByOther = standardised(byChanged[s]);
-      if (!shading || !shadingByOther || !shown || !shownByOther) continue;
-      own += shown->dot(*shading);
-      other += shownByOther->dot(*shadingByOther);
-      apart += 1 - shading->dot(*shadingByOther);
-      ++count;
-    }
+// Compares a view's shading by positions times a factor with that by the stated ones.
+void compare(PositionFactor& factor, const LightSamples& view,
+             const std::vector<std::optional<Eigen::VectorXd>>& shadings, // by the stated ones, of each shot
+             const std::vector<std::optional<Eigen::VectorXd>>& shown,
+             const std::vector<capture::Light>& others) {
+  Table changed;
+  for (const LitShot& shot : view.shots) changed.push_back(shaded(view, others[shot.light]));
+  Table byChanged = withoutSum(view, changed);
+  for (size_t s = 0; s < changed.size(); ++s) {
+    if (!shadings[s] || !shown[s]) continue;
+    const auto shadingByOther = standardised(std::move(changed[s])),
+               shownByOther = standardised(std::move(byChanged[s]));
+    if (!shadingByOther || !shownByOther) continue;
+    factor.own += shown[s]->dot(*shadings[s]);
+    factor.other += shownByOther->dot(*shadingByOther);
+    factor.apart += 1 - shadings[s]->dot(*shadingByOther);
+    ++factor.count;
   }
-  if (count > 0 && apart > kTellableScale * count)
-    factor.gain = (other - own) / apart, factor.own = own / count, factor.other = other / count;
 }
 
 // Factor of all positions of lights by which shading fits the photographs better; units are preferred to
-// others that fit as well. Positions within the mesh's box are not tried.
+// others that fit as well. Positions within the mesh's box are not tried, nor do views with few lights count.
+// `zero`: the origin of the file's coordinates.
 std::optional<Finding> checkPositionUnits(const std::vector<LightSamples>& views,
-                                          const std::vector<capture::Light>& lights,
+                                          const std::vector<capture::Light>& lights, const Vec3<double>& zero,
                                           const Eigen::AlignedBox3d& box, const Progress& progress) {
   const auto isPoint = [](const capture::Light& light) {
     return std::holds_alternative<capture::PointLight>(light.kind);
   };
   if (!std::ranges::all_of(lights, isPoint)) return std::nullopt;
   std::vector<PositionFactor> factors = positionFactors();
-  tbb::parallel_for(size_t{0}, factors.size(), [&](size_t i) {
-    progress.checkpoint();
-    std::vector<capture::Light> others;
-    for (const capture::Light& light : lights) {
-      const auto& other = others.emplace_back(scaledPosition(light, factors[i].factor));
-      if (box.contains(std::get<capture::PointLight>(other.kind).position.raw())) return;
-    }
-    compare(factors[i], views, lights, others);
-  });
-  std::erase_if(factors, [](const PositionFactor& factor) { return !(factor.gain > kLikelierLight); });
+  for (const LightSamples& view : views) {
+    if (view.shots.size() < kLightsForAlbedo) continue;
+    Table stated;
+    for (const LitShot& shot : view.shots) stated.push_back(shaded(view, lights[shot.light]));
+    std::vector<std::optional<Eigen::VectorXd>> shadings, shown;
+    for (auto& values : withoutSum(view, stated)) shown.push_back(standardised(std::move(values)));
+    for (auto& values : stated) shadings.push_back(standardised(std::move(values)));
+    tbb::parallel_for(size_t{0}, factors.size(), [&](size_t i) {
+      progress.checkpoint();
+      PositionFactor& factor = factors[i];
+      if (!factor.isTried) return;
+      std::vector<capture::Light> others;
+      for (const capture::Light& light : lights) {
+        const auto& other = others.emplace_back(scaledPosition(light, factor.factor, zero));
+        factor.isTried &= !box.contains(std::get<capture::PointLight>(other.kind).position.raw());
+      }
+      if (factor.isTried) compare(factor, view, shadings, shown, others);
+    });
+  }
+  std::erase_if(factors, [](const PositionFactor& factor) { return !(factor.gain() > kLikelierLight); });
   if (factors.empty()) return std::nullopt;
   const auto preference = [](const PositionFactor& factor) {
-    return factor.other + (factor.isUnit ? kUnitBonus : 0);
+    return factor.other / factor.count + (factor.isUnit ? kUnitBonus : 0);
   };
   const PositionFactor best = *std::ranges::max_element(factors, {}, preference);
   const bool areNear = best.factor > 1;
+  const double own = best.own / best.count, other = best.other / best.count;
   std::string units;
   for (const UnitRatio& one : kUnitRatios)
     if (best.isUnit && (best.factor == one.ratio || best.factor == 1 / one.ratio))
       units = fmt::format(" (are they in {}, and the poses in {}?)", areNear ? one.large : one.small,
                           areNear ? one.small : one.large);
   return Finding{
-      best.other > best.own + kClearlyBetter ? Severity::error : Severity::warning,
-      fmt::format("positions of lights look about {:.2g} times too {} the origin{} (correlation of "
-                  "shading with the mesh's normals {:.3f}, as they are {:.3f}); multiply them by {:.2g}",
-                  std::max(best.factor, 1 / best.factor), areNear ? "near" : "far from", units, best.other,
-                  best.own, best.factor)};
+      other > own + kClearlyBetter ? Severity::error : Severity::warning,
+      fmt::format("positions of lights look about {:.4g} times too {} the origin{} (correlation of "
+                  "shading with the mesh's normals {:.3f}, as they are {:.3f}); multiply them by {:.4g}, and "
+                  "intensities by its square",
+                  std::max(best.factor, 1 / best.factor), areNear ? "near" : "far from", units, other, own,
+                  best.factor)};
 }
 
 std::optional<double> meanOf(const std::vector<Correlation>& ofLight) {
@@ -393,9 +406,13 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
 
   // Photographs of one light against the shading by another.
   const size_t count = capture.lights.size();
-  LightEvidence evidence(count);
-  if (count <= kMostLights) evidence = evidenceOf(views, capture.lights, progress);
-  const auto order = likeliestMistake(evidence, capture.lights, kFewSamples);
+  const bool areCompared = count <= kMostLights && std::ranges::any_of(views, [](const LightSamples& view) {
+                             return view.shots.size() >= kLightsForAlbedo;
+                           });
+  LightEvidence evidence(areCompared ? count : 0);
+  if (areCompared) evidence = evidenceOf(views, capture.lights, progress);
+  const auto order =
+      areCompared ? likeliestMistake(evidence, capture.lights, kFewSamples) : std::optional<OrderMistake>();
   if (order) {
     const auto [own, other] = evidence.correlations(*order);
     if (other > fits[best].value_or(-1) + (maps[best].isUsual() ? kClearlyBetter : -kClearlyBetter)) {
@@ -407,7 +424,8 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
       return findings;
     }
   }
-  if (auto units = checkPositionUnits(views, capture.lights, boundsOf(mesh.positions), progress)) {
+  if (auto units =
+          checkPositionUnits(views, capture.lights, -capture.origin, boundsOf(mesh.positions), progress)) {
     findings.push_back(*std::move(units));
     return findings;
   }
@@ -418,7 +436,8 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
                                       describe(maps[best]), *fits[best], *stated)});
     return findings;
   }
-  const std::vector<std::pair<size_t, size_t>> pairs = exchangedPairs(evidence, count, kFewSamples);
+  const std::vector<std::pair<size_t, size_t>> pairs =
+      exchangedPairs(evidence, areCompared ? count : 0, kFewSamples);
   std::vector<Offender> exchanged, others, unlike;
   std::vector<bool> isInPair(count);
   for (const auto& [a, b] : pairs) {
@@ -434,7 +453,7 @@ std::vector<Finding> checkLights(const capture::Capture& capture, const Triangle
     if (isInPair[l]) continue;
     size_t likeliest = l;
     double fit = kConvincing;
-    for (size_t k = 0; k < count; ++k) {
+    for (size_t k = 0; k < count && areCompared; ++k) {
       const auto other = evidence.correlation(l, k, kFewSamples);
       if (other && *other > std::max(fit, evidence.correlations(l, k).first + kBetter) &&
           evidence.gain(l, k, kFewSamples).value_or(-1) > kLikelierLight)

@@ -1,5 +1,5 @@
-// Photographs under the light of another: mistakes in the order of a table of lights, and the evidence for
-// them.
+// Mistakes in the order of a table of lights, and the evidence for them: photographs that look lit by another
+// light.
 #pragma once
 
 #include "srf/capture/rig.h"
@@ -24,10 +24,11 @@ struct OrderMistake {
 // Shifts by up to three lines, the reversed order, and names sorted as 1, 10, 2; those that change the order.
 std::vector<OrderMistake> orderMistakes(std::span<const capture::Light> lights);
 
-// "photographs of L00 look lit by L01, those of L01 by L02, .."
+// First two lights whose place another takes: "photographs of L00 look lit by L01, those of L01 by L02, .."
 std::string describe(const OrderMistake& mistake, std::span<const capture::Light> lights);
 
-// Sums over photographs of light l, at (l, k), where both l and another light k illuminate what is seen.
+// Correlations of the photographs of light l with the shading by l and by another light k: weighted sums for
+// each pair (l, k), over views that both lights illuminate. Memory: four doubles a pair.
 class LightEvidence {
 public:
   explicit LightEvidence(size_t lights);
@@ -40,7 +41,7 @@ public:
   // Improvement of the correlation by k instead of l, relative to the most that it can be: 1 if k lit a
   // Lambert surface without shadows, -1 if l did. None if l and k look alike, or without enough weight.
   std::optional<double> gain(size_t l, size_t k, double fewest) const;
-  // The same over all lights of a mistake.
+  // Gain of a mistake: improvement over all its lights, relative to the most that it can be.
   std::optional<double> gain(const OrderMistake& mistake, double fewest) const;
   // Mean correlation of the photographs of l with the shading by k; none without enough weight.
   std::optional<double> correlation(size_t l, size_t k, double fewest) const;

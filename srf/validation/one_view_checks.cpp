@@ -120,7 +120,7 @@ std::optional<Finding> checkOrder(std::span<const Sample> samples, std::span<con
       for (const size_t s : known) sample.shown.push_back(samples[i].shown[s]);
     }
     const double asStated = lambertResidual(some, stated), fit = lambertResidual(some, other);
-    if (!(fit < least * asStated)) continue;
+    if (!std::isfinite(asStated) || !(fit < least * asStated)) continue;
     least = fit / asStated;
     finding = {Severity::error,
                fmt::format(

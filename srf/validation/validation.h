@@ -110,9 +110,10 @@ std::vector<Finding> checkExposures(const capture::Capture& capture, std::span<c
 // directions fit much better with axes negated or, if that explains less, exchanged; the table of lights is
 // shifted, reversed or sorted otherwise; positions are in other units; two lights are exchanged; photographs
 // of one light look lit by another, or do not follow their light's direction. All but the first two need
-// albedo. Lights that leave the visible side dark, and fixed illumination, give no finding; cast shadows are
-// not modelled. If shading does not follow the lights and the contrast at the outline is flat, the mesh lies
-// elsewhere: an error. Reads the photographs that `effort` allows; progress names the stage "lights".
+// albedo; the order and single lights are not checked above 512 lights. Lights that leave the visible side
+// dark, and fixed illumination, give no finding; cast shadows are not modelled. If shading does not follow
+// the lights and the contrast at the outline is flat, the mesh lies elsewhere: an error. Reads the
+// photographs that `effort` allows; progress names the stage "lights".
 std::vector<Finding> checkLights(const capture::Capture& capture, const TriangleMesh& mesh,
                                  const RayCaster<AcquisitionSpace>& caster, const CheckEffort& effort,
                                  std::optional<double> outlineContrast, const Progress& progress);

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 import unittest
 
 from exr import read_exr
@@ -156,7 +157,7 @@ class Flash(TestInFolder):
         place = next(iter(lights_of(out).values()))["position"]
         seen = [sum(camera[row][axis] * (place[row] - camera[row][3]) for row in range(3)) for axis in range(3)]
         off = math.dist(seen, FLASH) / math.dist(carried([row[3] for row in camera[:3]]), (0, 0, 0))
-        self.assertLess(off, 0.005) # 0.0025
+        self.assertLess(off, 0.0048) # 0.0024
 
     def test_what_the_photographs_do_not_tell_is_said(self):
         frames = self.description["frames"]
@@ -201,9 +202,9 @@ class Lamps(TestInFolder):
         out, result = self.imported("--lights", "auto", "--mesh", self.mesh)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("found from shading: 6 lamps at places", result.stderr)
-        self.assertLess(max(self.offs(out)), 0.008) # 0.0039
+        self.assertLess(max(self.offs(out)), 0.008) # 0.0040
         ratios = [light["intensity"][0] / self.truth[name]["intensity"][0] for name, light in lights_of(out).items()]
-        self.assertLess(max(ratios) / min(ratios), 1.016) # 1.008
+        self.assertLess(max(ratios) / min(ratios), 1.016) # 1.009
 
     def test_their_places_are_found_by_a_mirror_ball_in_several_views(self):
         out, result = self.imported("--chrome-ball", self.folder / "ball")
@@ -234,11 +235,64 @@ class Lamps(TestInFolder):
         for arguments, code, problem in (
                 (("--lights", "auto"), 1, "--lights auto: shading tells places of lamps only on a known surface: --mesh"),
                 (("--chrome-ball", self.folder / "ball-stage"), 1, "ball-stage: found "),
-                (("--chrome-ball", self.folder / "ball", "--lights", "auto"), 2, "only one of --lights, --chrome-ball and --lamp-images")):
+                (("--chrome-ball", self.folder / "ball", "--lights", "auto"), 2, "only one of --lights, --chrome-ball and --lamp-images"),
+                (("--chrome-ball", self.folder / "ball", "--positions"), 2, "--positions: a mirror ball has no light file")):
             out, result = self.imported(*arguments)
             self.assertEqual(result.returncode, code, result.stderr)
             self.assertIn(problem, result.stderr)
             self.assertFalse(out.exists())
+        lights = self.folder / "object/C000/front.lp"
+        lights.write_text("1\nL000.png 0 0 1\n")
+        try:
+            for source, arguments, problem in (
+                    ("object", ("--chrome-ball", self.folder / "ball"), "--chrome-ball: needs --pattern, which tells cameras and lights"),
+                    ("object", ("--flash", "0", "0", "0", "--chrome-ball", self.folder / "ball"), "--flash: the camera carries the light; --chrome-ball tells others"),
+                    ("object", ("--flash", "0", "0", "0", "--lights", lights), "--flash: the camera carries the light; --lights tells others"),
+                    ("object/C000/front.lp", ("--chrome-ball", self.folder / "ball/C000"), "--chrome-ball: found ")):
+                out = self.folder / "none"
+                result = run("import", self.folder / source, "-o", out, *arguments)
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertIn(problem, result.stderr)
+                self.assertFalse(out.exists())
+        finally:
+            lights.unlink()
+
+    def test_another_mesh_is_told_before_cameras_are_blamed(self):
+        # Waves, whose normals are not the object's.
+        vertices, faces = [], []
+        for i in range(16):
+            for j in range(32):
+                polar, angle = math.pi * (i + 0.5) / 16, 2 * math.pi * j / 32
+                radius = 0.7 * (1 + 0.3 * math.sin(4 * polar) * math.sin(5 * angle))
+                vertices.append((radius * math.sin(polar) * math.cos(angle), radius * math.sin(polar) * math.sin(angle), radius * math.cos(polar)))
+                if i < 15:
+                    a, b = 32 * i + j + 1, 32 * i + (j + 1) % 32 + 1
+                    faces += [(a, a + 32, b), (b, a + 32, b + 32)]
+        other = self.folder / "other.obj"
+        other.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in vertices) + "".join(f"f {a} {b} {c}\n" for a, b, c in faces))
+        out, result = self.imported("--lights", "auto", "--mesh", other)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("between the photographs and a Lambert surface of the mesh", result.stderr)
+        self.assertFalse(out.exists())
+
+    def test_lamps_need_only_be_photographed_by_some_registered_cameras(self):
+        # L900 by an unregistered camera alone, and L01 by two of the five.
+        folder = self.folder / "sparse"
+        shutil.copytree(self.folder / "object", folder)
+        (folder / "C900").mkdir()
+        (folder / "C000/L00.png").rename(folder / "C900/L900.png")
+        for camera in range(3):
+            (folder / f"C{camera:03}/L01.png").unlink()
+        description = json.loads((folder / "transforms.json").read_text())
+        for frame in description["frames"]:
+            frame["file_path"] = frame["file_path"][:-7] + "L02.png"
+        (folder / "transforms.json").write_text(json.dumps(description))
+        out = self.folder / "sparse-out"
+        result = run("import", folder, "-o", out, "--pattern", "{camera}/{light}.png", "--lights", "auto", "--mesh", self.mesh)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("1 lamp left out, of cameras without a registered picture alone: L900", result.stderr)
+        self.assertIn("found from shading: 6 lamps at places", result.stderr)
+        self.assertLess(max(self.offs(out)), 0.009) # 0.0046
 
 
 if __name__ == "__main__":

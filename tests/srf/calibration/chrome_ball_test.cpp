@@ -41,6 +41,36 @@ TEST(ChromeBall, OfAnOutlineIsTheBall) {
   EXPECT_FALSE(ballOfOutline(lens, std::vector<capture::Pixel>(11, {3, 4})));
 }
 
+// A holder, and holes of the coverage where highlights are.
+TEST(ChromeBall, IsNotMovedByAFifthOfTheOutline) {
+  const capture::Lens lens = cameraAt({0, 0, 1}).lens;
+  const Ball ball{{0.5, -0.4, -4}, 0.6};
+  std::vector<capture::Pixel> rim = rimOf(lens, ball);
+  const capture::Pixel middle = *capture::project(lens, assume<Point3<CameraSpace, double>>(ball.center));
+  for (size_t i = 0; i < rim.size(); i += 5) {
+    const double away = i % 2 == 0 ? 1.5 : 0.6;
+    rim[i] = {middle.x + away * (rim[i].x - middle.x), middle.y + away * (rim[i].y - middle.y)};
+  }
+  const auto found = ballOfOutline(lens, rim, ball.radius);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->center - ball.center).norm(), 1e-9);
+  EXPECT_LT(found->misfit, 1e-9);
+}
+
+TEST(ChromeBall, TellsHowFarAnOutlineIsFromABalls) {
+  const capture::Lens lens = cameraAt({0, 0, 1}).lens;
+  std::vector<capture::Pixel> ellipse, square;
+  for (int i = 0; i < 80; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 80, x = std::cos(angle), y = std::sin(angle);
+    const double most = std::max(std::abs(x), std::abs(y));
+    ellipse.push_back({100 + 40 * x, 100 + 36 * y});
+    square.push_back({100 + 40 * x / most, 100 + 40 * y / most});
+  }
+  // The radii of an ellipse differ by 5 % of their mean times a cosine.
+  EXPECT_NEAR(ballOfOutline(lens, ellipse)->misfit, 0.05 / std::numbers::sqrt2 / 0.95, 0.002);
+  EXPECT_GT(ballOfOutline(lens, square)->misfit, 0.05);
+}
+
 TEST(ChromeBall, OfAnOrthographicOutlineHasTheRadiusOfTheCircle) {
   capture::Lens lens{.model = capture::Lens::Model::orthographic, .width = 100, .height = 100};
   lens.focalX = lens.focalY = 50;
@@ -63,7 +93,7 @@ TEST(ChromeBall, MirrorsByTheLawOfReflection) {
   const Ball ball{{0.5, -0.4, -4}, 0.6};
   for (const double x : {110.0, 118.0, 125.0}) {
     const auto ray = mirrorRay(lens, ball, {x, 110});
-    if (!ray) continue;
+    ASSERT_TRUE(ray) << x;
     const Vec3<double> n = (ray->from - ball.center) / ball.radius, toCamera = -ray->from.normalized();
     EXPECT_NEAR(n.norm(), 1, 1e-12);
     EXPECT_NEAR(n.dot(toCamera), n.dot(ray->towards), 1e-12);
@@ -86,6 +116,10 @@ TEST(ChromeBall, OfViewsHasItsPlaceAndRadius) {
   ASSERT_TRUE(found);
   EXPECT_LT((found->center - ball.center).norm(), 1e-9);
   EXPECT_NEAR(found->radius, ball.radius, 1e-9);
+  EXPECT_LT(found->misfit, 1e-9);
+  std::vector<Ball> moved = seen; // in the last view, by its radius
+  moved[2].center += moved[2].center.unitOrthogonal();
+  EXPECT_GT(ballOfViews(cameras, moved)->misfit, 0.2);
   const std::vector<capture::Camera<World>> same{cameras[0], cameras[0]};
   EXPECT_FALSE(ballOfViews(same, std::vector<Ball>{seen[0], seen[0]}));
 }
@@ -104,6 +138,7 @@ TEST(ChromeBall, RaysMeetAtANearLampAndGiveADirectionToAFarOne) {
     }
     const LampOfRays found = lampOfRays(rays);
     EXPECT_EQ(found.isNear, distance < 10);
+    EXPECT_FALSE(lampOfRays(rays, false).isNear);
     EXPECT_LT(std::acos(found.towards.dot(lamp.normalized())), 0.01);
     if (found.isNear) EXPECT_LT((found.place - lamp).norm(), 3 * found.errorOfDistance * distance);
   }

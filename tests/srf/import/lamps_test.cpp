@@ -130,6 +130,27 @@ TEST_F(Lamps, AFlashIsWhereTheCameraCarriesIt) {
   }
 }
 
+TEST_F(Lamps, TakeThePlaceOfListedOnesThatNoPhotographNames) {
+  for (size_t c = 0; c < 3; ++c) registerPicture("c" + std::to_string(c) + "/on.png", cameras[c]);
+  writeColmap();
+  for (const bool isFlash : {true, false}) {
+    ForeignCapture source = readColmap(folder.path(), {}, false);
+    source.capture.lights.push_back({"listed", "listed", capture::DirectionalLight{{0, 0, 1}, {1, 1, 1}}});
+    if (isFlash)
+      giveLights(source, {.flash = Vec3<double>(0.2, 0.1, -0.05)});
+    else
+      giveLights(source, options);
+    ASSERT_EQ(source.capture.lights.size(), isFlash ? 3u : 2u);
+    for (const capture::Frame& frame : source.capture.frames) {
+      const std::string name = source.capture.lights[*frame.light].name;
+      if (isFlash)
+        EXPECT_EQ(name, "flash " + source.capture.views[frame.view].identity);
+      else
+        EXPECT_EQ(name, frame.picture.stem().string());
+    }
+  }
+}
+
 TEST_F(Lamps, StandWhereRegisteredPicturesWereTaken) {
   for (size_t c = 0; c < 3; ++c) registerPicture("c" + std::to_string(c) + "/on.png", cameras[c]);
   std::vector<VisionCamera> lamps{rig.camera(false), rig.camera(false)};

@@ -359,6 +359,15 @@ TEST_F(Checks, FindATableOfLightsInAnotherOrder) {
       sorted.starts_with("the table of lights looks sorted as 1, 10, 2: photographs of L2 look lit by "
                          "L10, "))
       << sorted;
+  // The other way round: names are in natural order, and vectors sorted by letters.
+  const std::string natural = ordered([&](size_t l) { return byLetters[l]; });
+  EXPECT_TRUE(natural.starts_with("the table of lights looks sorted as 1, 2, 10: photographs of L"))
+      << natural;
+}
+
+TEST_F(Checks, CompareNoPairsOfVeryManyLights) { // which would take 320 GB
+  capture.lights.resize(100000, capture.lights.back());
+  for (const Finding& finding : findings()) ADD_FAILURE() << finding.text;
 }
 
 TEST_F(Checks, FindOtherUnitsOfPositionsOfLights) {
@@ -385,20 +394,27 @@ TEST_F(Checks, FindOtherUnitsOfPositionsOfLights) {
   }
   EXPECT_TRUE(findings().empty()) << findings()[0].text;
   const std::vector<capture::Light> right = capture.lights;
-  const auto timesPositions = [&](double factor) {
+  const auto timesPositions = [&](double factor) { // in the file's coordinates
     for (size_t l = 0; l < right.size(); ++l) {
       const Vec3<double> place = std::get<capture::PointLight>(right[l].kind).position.raw();
       std::get<capture::PointLight>(capture.lights[l].kind).position =
-          assume<Point3<AcquisitionSpace, double>>(Vec3<double>(factor * place));
+          assume<Point3<AcquisitionSpace, double>>(
+              Vec3<double>(factor * (place + capture.origin) - capture.origin));
     }
     std::string text;
     for (const Finding& finding : findings()) text += finding.text;
     return text;
   };
-  EXPECT_TRUE(contains(timesPositions(100),
-                       "positions of lights look about 1e+02 times too far from the origin "
-                       "(are they in centimetres, and the poses in metres?)"))
-      << timesPositions(100);
+  const Vec3<double> stated = capture.origin;
+  for (const Vec3<double>& moved : {Vec3<double>(0, 0, 0), Vec3<double>(0.4, -0.5, 0.3)}) {
+    capture.origin = stated + moved;
+    const std::string text = timesPositions(100);
+    EXPECT_TRUE(contains(text, "positions of lights look about 100 times too far from the origin (are they "
+                               "in centimetres, and the poses in metres?)"))
+        << text;
+    EXPECT_TRUE(contains(text, "multiply them by 0.01, and intensities by its square")) << text;
+  }
+  capture.origin = stated;
   EXPECT_TRUE(contains(timesPositions(0.3), "times too near the origin")) << timesPositions(0.3);
   EXPECT_TRUE(contains(timesPositions(1e5), "are their positions in other units?")) << timesPositions(1e5);
 }
