@@ -21,8 +21,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
+#include <vector>
 
 namespace surflect {
 
@@ -176,6 +179,21 @@ std::optional<Json> describeFile(const std::filesystem::path& path, const Progre
 
 // ---------------------------------------------------------------------------------------------------------
 
+// Tells that too few lights a view leave the lights of a capture with several views unchecked.
+std::optional<std::string> noteOnUncheckedLights(const capture::Capture& capture) {
+  if (capture.lights.empty() || capture.views.size() < 2) return std::nullopt;
+  std::vector<std::set<size_t>> lights(capture.views.size());
+  for (const capture::Frame& frame : capture.frames)
+    if (frame.light) lights[frame.view].insert(*frame.light);
+  size_t most = 0;
+  for (const auto& of : lights) most = std::max(most, of.size());
+  if (most >= validation::kLightsForAlbedo) return std::nullopt;
+  return fmt::format(
+      "the lights were not checked: found {} a view at most, expected {}; the halves of --overlay's "
+      "sheet show whether photographs and mesh are lit alike",
+      most, validation::kLightsForAlbedo);
+}
+
 Json runInspect(const InspectArguments& arguments, const Progress& progress) {
   if (isLightField(arguments.input.path)) {
     if (!arguments.overlay.empty())
@@ -212,6 +230,7 @@ Json runInspect(const InspectArguments& arguments, const Progress& progress) {
     if (findings.empty())
       say(hasGeometry ? "no fault was found"
                       : "no fault was found; --overlay checks cameras against a hull, too");
+    if (const auto note = noteOnUncheckedLights(used)) say(*note);
     return report;
   };
   if (!isGeometryGiven && arguments.overlay.empty()) {

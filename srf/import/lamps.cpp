@@ -17,6 +17,7 @@
 #include "surfel/math/median.h"
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -182,6 +183,28 @@ std::map<std::string, size_t> addBallLamps(ForeignCapture& source, const LampOpt
   return numbers;
 }
 
+// "4.9 to 5.1", with two digits.
+std::string rangeText(const std::vector<double>& values) {
+  const auto [least, most] = std::ranges::minmax(values);
+  const auto text = [](double value) { return fmt::format("{:.2g}", value); };
+  return text(least) == text(most) ? text(least) : text(least) + " to " + text(most);
+}
+
+// What a table of lamps was taken for, so that a wrong unit or a forgotten --positions shows.
+std::string noteOnTable(const std::vector<Vec3<double>>& vectors, bool positions,
+                        const std::vector<capture::View>& views) {
+  std::vector<double> lengths, cameras;
+  const Vec3<double> middle = positions ? capture::middleOfAxes(views) : Vec3<double>(0, 0, 0);
+  for (const Vec3<double>& vector : vectors) lengths.push_back((vector - middle).norm());
+  const auto isUnit = [](double length) { return std::abs(length - 1) < 0.1; };
+  if (!positions && std::ranges::all_of(lengths, isUnit)) return "";
+  if (!positions)
+    return "lamps are directions of lengths " + rangeText(lengths) + "; if they are places: --positions";
+  for (const capture::View& view : views) cameras.push_back((view.camera.center().raw() - middle).norm());
+  return "lamps stand " + rangeText(lengths) + " from the point that the cameras look at, and cameras " +
+         rangeText(cameras) + ", in scene units";
+}
+
 std::map<std::string, size_t> addLamps(ForeignCapture& source, const LampOptions& options,
                                        const std::map<std::string, Poses>& cameras,
                                        const Progress& progress) {
@@ -194,6 +217,10 @@ std::map<std::string, size_t> addLamps(ForeignCapture& source, const LampOptions
     const std::vector<LightEntry> entries = parseLights(withDecimalPoints(readFile(options.lights)));
     std::vector<Vec3<double>> places;
     for (const LightEntry& entry : entries) places.push_back(entry.vector);
+    if (!entries.empty())
+      if (const std::string note = noteOnTable(places, options.positions, source.capture.views);
+          !note.empty())
+        source.notes.push_back(note);
     const float strength = options.positions ? alikeIntensity(places, source.capture.views) : 1;
     std::map<std::string, size_t> numbers;
     for (const LightEntry& entry : entries) {

@@ -23,9 +23,8 @@ namespace {
 using Severity = Finding::Severity;
 using World = AcquisitionSpace;
 
-constexpr size_t kLightsForAlbedo = 8; // minimum number to determine a pixel's albedo
-constexpr size_t kMostLights = 512;    // of which all pairs are compared
-constexpr double kLitShare = 0.1;      // minimum share of lit pixels for a usable light
+constexpr size_t kMostLights = 512; // of which all pairs are compared
+constexpr double kLitShare = 0.1;   // minimum share of lit pixels for a usable light
 constexpr double kMuchBetter = 0.25, kBetter = 0.15, kConvincing = 0.5; // correlations
 constexpr double kNoShading = 0.1, kAsGood = 0.1, kClearlyBetter = 0.05;
 constexpr double kUnitBonus = 0.003;     // correlation

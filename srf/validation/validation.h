@@ -37,6 +37,9 @@ struct CheckEffort {
   bool everyLight = true;                                   // one more photograph for each light not yet read
   bool masks = true; // compare masks with the mesh; false if the mesh was carved from them
 };
+// Least number of lights of a view that determine a pixel's albedo; views with fewer do not tell whether the
+// lights are right.
+inline constexpr size_t kLightsForAlbedo = 8;
 // Effort of `pack`: some dozens of photographs for any capture.
 inline constexpr CheckEffort kQuickChecks{12, 2, 12, false, true};
 

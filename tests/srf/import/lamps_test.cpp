@@ -91,6 +91,24 @@ TEST_F(Lamps, APictureACameraGivesThePosesOfAll) {
   EXPECT_EQ(capture.lights[1].name, "off"); // the table names the picture
 }
 
+TEST_F(Lamps, ATableSaysWhatItWasTakenFor) {
+  for (size_t c = 0; c < 3; ++c) registerPicture("c" + std::to_string(c) + "/on.png", cameras[c]);
+  writeColmap();
+  const auto told = [&] {
+    std::string all;
+    for (const std::string& note : lit().notes) all += note + "\n";
+    return all;
+  };
+  EXPECT_NE(told().find("lamps are directions of lengths 2 to 3; if they are places: --positions"),
+            std::string::npos)
+      << told();
+  options.positions = true;
+  EXPECT_NE(told().find(" from the point that the cameras look at, and cameras "), std::string::npos);
+  options.positions = false;
+  image::writeBytes(folder / "lamps.txt", "on 0 0 1\noff 1 0 0\n");
+  EXPECT_EQ(told().find("lamps "), std::string::npos) << told();
+}
+
 TEST_F(Lamps, PosesOfSeveralRegisteredPicturesAreAveraged) {
   std::vector<VisionCamera> shaken;
   for (const double turn : {-0.01, 0.01}) {
