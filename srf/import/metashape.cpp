@@ -270,7 +270,7 @@ std::vector<Part> partsOf(pugi::xml_node document, const std::vector<std::string
       const std::vector<std::string_view> known(labels.begin(), labels.end());
       throw Error::mismatch(known.empty()
                                 ? "a chunk, of which there is none"
-                                : "a chunk's label (nearest: " + shownText(nearestName(wanted, known)) + ")",
+                                : "one of the chunks " + firstNames(labels) + didYouMean(wanted, known),
                             shownText(wanted))
           .at("--chunks");
     }

@@ -93,7 +93,7 @@ TEST_F(Metashape, ChunksWithoutOneWorldAreNotMixed) {
   EXPECT_TRUE(says(largest, "left out: chunk \"R"));
   expectTheCameras(read(text, {.chunks = {chunk.label, other.label}}).capture); // aligned, as this test knows
   EXPECT_EQ(read(text, {.chunks = {other.label}}).capture.views.size(), 1u);
-  EXPECT_NE(image::errorOf([&] { read(text, {.chunks = {"Chunk 2"}}); }).find("nearest: \"Chunk 1\""),
+  EXPECT_NE(image::errorOf([&] { read(text, {.chunks = {"Chonk 1"}}); }).find("did you mean Chunk 1"),
             std::string::npos);
   std::string apart = text;
   for (size_t at; (at = apart.find("<components>")) != apart.npos;)
