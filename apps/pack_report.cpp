@@ -113,8 +113,14 @@ Json jsonOfChoice(const model::InterpolationSelection& selection) {
 
 // Errors of predicted photographs (dB) in words. Leaving one out doubles the gap that it stood in, so that
 // new cameras and lights between the captured ones do better.
-constexpr double kGoodDb = 30, kFairDb = 24;
+constexpr double kGoodDb = 30, kFairDb = 24, kDoubtfulDb = 15;
 const char* gradeOf(double db) { return db >= kGoodDb ? "good" : db >= kFairDb ? "fair" : "poor"; }
+// What would make it better; `apart` are too far from each other.
+std::string adviceOf(double db, std::string_view apart) {
+  if (db >= kGoodDb) return "";
+  if (db < kDoubtfulDb) return "; are lamps, poses and masks right? inspect --overlay shows them";
+  return fmt::format("; {} nearer to each other would make it better", apart);
+}
 
 void announceLights(const model::LightBlendSelection& selection) {
   if (!selection.leftOutDb) return;
@@ -122,8 +128,7 @@ void announceLights(const model::LightBlendSelection& selection) {
   say(fmt::format(
       "new lights: blended from {} captured ones; photographs of a light that was left out are predicted "
       "to {:.1f} dB ({}){}",
-      selection.blend.lights, db, gradeOf(db),
-      db < kGoodDb ? "; lights nearer to each other would make it better" : ""));
+      selection.blend.lights, db, gradeOf(db), adviceOf(db, "lights")));
 }
 
 void announceInterpolation(const model::InterpolationSelection& selection) {
@@ -136,11 +141,11 @@ void announceInterpolation(const model::InterpolationSelection& selection) {
   const auto& [kind, half, reciprocal, shadows, otherwise] = selection.choice;
   const bool isShared = kind == weights::Interpolation::shared;
   const double db = kind == weights::Interpolation::separate ? separate : chosen;
-  say(fmt::format(
-      "new views: {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
-      isShared ? "answered by tables that surfels of a kind share, else weighted by " + text(otherwise)
-               : "weighted by " + text(kind),
-      db, gradeOf(db), db < kGoodDb ? "; cameras and lights nearer to each other would make it better" : ""));
+  say(fmt::format("new views: {}; photographs that were left out are predicted to {:.1f} dB ({}){}",
+                  isShared
+                      ? "answered by tables that surfels of a kind share, else weighted by " + text(otherwise)
+                      : "weighted by " + text(kind),
+                  db, gradeOf(db), adviceOf(db, "cameras and lights")));
 }
 
 } // namespace
