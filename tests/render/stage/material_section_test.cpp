@@ -28,7 +28,7 @@ TEST(MaterialSection, MaterialsRefuseWhatIsOutOfRange) {
   expectError(with("0.8, 0.4, 0.2", "0.8, nan, 0.2"), {"material[0].albedo[1]", "nan"});
   expectError(with("0.8, 0.4, 0.2", "0.8, 1.4, 0.2"), {"material[0].albedo[1]", "1.4"});
   expectError(with("\"rough_diffuse\"", "\"velvet\""), {"material[0].type", "velvet", "lambert"});
-  expectError(with("roughness = 0.5", "rougness = 0.5"), {"rougness", "nearest", "roughness"});
+  expectError(with("roughness = 0.5", "rougness = 0.5"), {"rougness", "did you mean roughness?"});
   expectError(with("\"steel\"", "\"clay\""), {"material[1].name", "clay"});
   const std::string metal = "type = \"conductor\"\ncolor = [0.6, 0.6, 0.5]\nalpha = [0, 0]";
   expectError(with(metal, "type = \"dielectric\"\neta = 1"), {"material[1].eta"});
