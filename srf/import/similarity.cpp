@@ -10,10 +10,12 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace surflect::importers {
@@ -137,16 +139,20 @@ void moveToPlaces(ForeignCapture& source, const fs::path& table, const std::stri
   for (capture::View& view : capture.views)
     view.camera.cameraFromWorld = moved(view.camera.cameraFromWorld, similarity);
   const double count = static_cast<double>(posed.size());
+  const auto digits = [](double value) { return fmt::format("{:.3g}", value); };
   std::string note = "poses were brought to " + counted(used.size(), "known place") +
                      " of cameras: scaled by " + numberText(similarity.scale) + ", then " +
-                     numberText(std::sqrt(squares / count)) + " off (root mean square), at most " +
-                     numberText(farthest) + " (" + which + ")";
+                     digits(std::sqrt(squares / count)) + " off (root mean square), at most " +
+                     digits(farthest) + " (" + which + "), in units of the table";
   if (squares > 0.05 * 0.05 * spread || farthest > 4 * std::sqrt(squares / count))
     note = "warning: " + note + "; is a name or a place wrong?";
   source.notes.push_back(note);
-  if (used.size() < known.size())
-    source.notes.push_back("warning: " + counted(known.size() - used.size(), "known place") +
-                           " of cameras without a registered picture");
+  std::vector<std::string> unused;
+  for (const auto& [name, place] : known)
+    if (!used.contains(name)) unused.push_back(name);
+  if (!unused.empty())
+    source.notes.push_back("warning: " + counted(unused.size(), "known place") +
+                           " of cameras without a registered picture: " + firstNames(unused));
 } catch (Error& error) {
   throw std::move(error).in(table);
 }

@@ -111,7 +111,7 @@ TEST_F(KnownPlaces, BringCamerasAndLampsToOneWorld) {
     return n.find("1 mask found by name for 2 of 10 photographs") != n.npos;
   }));
   EXPECT_TRUE(std::ranges::any_of(report.notes, [](const std::string& n) {
-    return n == "warning: 1 known place of cameras without a registered picture";
+    return n == "warning: 1 known place of cameras without a registered picture: c9";
   }));
   const capture::Capture capture = capture::readCapture(folder / "out");
   for (size_t c = 0; c < 5; ++c) {
