@@ -115,11 +115,11 @@ Json jsonOfChoice(const model::InterpolationSelection& selection) {
 // new cameras and lights between the captured ones do better.
 constexpr double kGoodDb = 30, kFairDb = 24, kDoubtfulDb = 15;
 const char* gradeOf(double db) { return db >= kGoodDb ? "good" : db >= kFairDb ? "fair" : "poor"; }
-// What would make it better; `apart` are too far from each other.
-std::string adviceOf(double db, std::string_view apart) {
+// Advice at the end of a message about predicted photographs; `sparse` names what stands too far apart.
+std::string adviceOf(double db, std::string_view sparse) {
   if (db >= kGoodDb) return "";
   if (db < kDoubtfulDb) return "; are lamps, poses and masks right? inspect --overlay shows them";
-  return fmt::format("; {} nearer to each other would make it better", apart);
+  return fmt::format("; {} nearer to each other would make it better", sparse);
 }
 
 void announceLights(const model::LightBlendSelection& selection) {

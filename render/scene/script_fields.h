@@ -153,7 +153,7 @@ private:
 
 // "found ..., expected ..." at the entry.
 Error mismatch(const Entry& entry, std::string_view expected);
-// The same where one of some names is expected; the nearest one is suggested.
+// Mismatch with an entry that should be one of the names; suggests the nearest.
 Error noneOf(const Entry& entry, const Keys& names);
 
 // Throw Error at the entry where it is something else.

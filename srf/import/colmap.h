@@ -14,7 +14,7 @@
 namespace surflect::importers {
 
 // Folders with cameras.bin or cameras.txt: the given one, and those below where COLMAP's tools put models.
-// Those without images.bin or images.txt count if no other has it.
+// Folders without images.bin and images.txt are returned only if none has either.
 std::vector<std::filesystem::path> findColmapModels(const std::filesystem::path& folder);
 
 // Reads the largest model; every registered picture is a view of its own, under fixed light. `images` is the

@@ -190,7 +190,8 @@ std::string rangeText(const std::vector<double>& values) {
   return text(least) == text(most) ? text(least) : text(least) + " to " + text(most);
 }
 
-// What a table of lamps was taken for, so that a wrong unit or a forgotten --positions shows.
+// Note on how a table of lamps was read, in which a wrong unit or a forgotten --positions shows; empty for
+// unit directions.
 std::string noteOnTable(const std::vector<Vec3<double>>& vectors, bool positions,
                         const std::vector<capture::View>& views) {
   std::vector<double> lengths, cameras;

@@ -39,12 +39,12 @@ struct LitName {
 // once each.
 std::optional<LitName> matched(std::string_view pattern, std::string_view name);
 
-// Gives the photographs of a source under fixed light their lights; lights that it lists, and no photograph
-// names, are dropped. With a pattern, every picture that fits
-// it and whose camera has a registered picture becomes a photograph; the pose of a camera is the mean of its
-// registered pictures' poses, which a note tells if they differ. Strengths are taken as equal. Where
-// placeLamps() is to estimate places, flashes are at their cameras until then, and lamps in no place. Throws
-// Error; throws Cancelled while pictures of a mirror ball are read.
+// Gives the photographs of a source under fixed light their lights; lights that the source lists, and that no
+// photograph names, are dropped. With a pattern, every picture that fits it and whose camera has a registered
+// picture becomes a photograph. The pose of a camera is the mean of its registered pictures' poses; a note
+// tells if these differ. Strengths are taken as equal. Until placeLamps() estimates places, a flash stands at
+// its camera, and lamps have no place. Throws Error; throws Cancelled while pictures of a mirror ball are
+// read.
 void giveLights(ForeignCapture& source, const LampOptions& options, const Progress& progress = {});
 
 // Estimates the places that the options ask for, from the photographs and the capture's geometry

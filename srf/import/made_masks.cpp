@@ -284,7 +284,7 @@ TriangleMesh meshOf(ForeignCapture& source, const fs::path& sourcePath, const Pr
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// What is suspicious.
+// Suspicious masks.
 
 // Findings about the masks, each on a list of views: at most 256 pixels a side are kept of a mask.
 class Judgement {

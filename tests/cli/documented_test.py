@@ -13,7 +13,7 @@ import subprocess
 import unittest
 
 from png import shares, write_png
-from support import CAT, COMMANDS, ROOT, SURFLECT, VASE, TestInFolder, run, succeed
+from support import CAT, COMMANDS, GLOSSY_BALL, ROOT, SURFLECT, VASE, TestInFolder, run, succeed
 
 START = ROOT / "docs" / "start.md"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -33,20 +33,7 @@ test = 4
 [lights]
 count = {lights}
 irradiance = [3, 3, 3]
-[[material]]
-name = "glaze"
-type = "ward"
-diffuse = [0.6, 0.3, 0.2]
-specular = [0.1, 0.1, 0.1]
-alpha = 0.3
-[[object]]
-type = "bumpy_sphere"
-material = "glaze"
-radius = 0.9
-amplitude = 0.1
-frequency = 4
-segments = 32
-[scale.small]
+""" + GLOSSY_BALL + """[scale.small]
 samples = 2
 [scale.paper]
 samples = 2

@@ -53,6 +53,18 @@ class Examples(TestInFolder):
         self.assertEqual(len(warps), 11)
         self.assertEqual([warp for warp in warps if f'type = "{warp}"' not in scripts], [])
 
+    def test_the_page_of_the_doll_counts_right(self):
+        page, doll = (EXAMPLES / "doll/README.md").read_text(), EXAMPLES / "doll"
+        frames = json.loads((doll / "transforms.json").read_text())["frames"]
+        trained = [frame for frame in frames if frame["split"] == "train"]
+        cameras, lights = ({frame[key] for frame in trained} for key in ("camera", "light"))
+        header = (doll / "doll.ply").read_bytes().partition(b"end_header")[0].decode()
+        self.assertEqual(len(trained), len(cameras) * len(lights))
+        for said in (f"{len(cameras)} cameras x {len(lights)} lights", f"{len(frames) - len(trained)}\nheld-out photographs",
+                     "{} vertices, {} triangles".format(*re.findall(r"element \w+ (\d+)", header))):
+            self.assertIn(said, page)
+        self.assertLess(sum(path.stat().st_size for path in doll.rglob("*.*")), 12e6)
+
     def test_frames_are_lit_and_opaque(self):
         for script in SCRIPTS:
             with self.subTest(script=str(script)):

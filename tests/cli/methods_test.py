@@ -7,7 +7,7 @@ import shutil
 import unittest
 
 from png import read_png, write_png
-from support import TestInFolder, content, run, succeed
+from support import GLOSSY_BALL, TestInFolder, content, run, succeed
 from viewer import Viewer
 
 # A glossy lumpy ball from all sides under one light.
@@ -25,20 +25,7 @@ test = 4
 [lights]
 count = 1
 irradiance = [3, 3, 3]
-[[material]]
-name = "glaze"
-type = "ward"
-diffuse = [0.6, 0.3, 0.2]
-specular = [0.1, 0.1, 0.1]
-alpha = 0.3
-[[object]]
-type = "bumpy_sphere"
-material = "glaze"
-radius = 0.9
-amplitude = 0.1
-frequency = 4
-segments = 48
-"""
+""" + GLOSSY_BALL
 
 SCRIPT = """
 model = "{model}"

@@ -79,6 +79,21 @@ frequency = 4
 segments = 64
 """
 # With so few lights, a sixth of the frames.
+GLOSSY_BALL = """
+[[material]]
+name = "glaze"
+type = "ward"
+diffuse = [0.6, 0.3, 0.2]
+specular = [0.1, 0.1, 0.1]
+alpha = 0.3
+[[object]]
+type = "bumpy_sphere"
+material = "glaze"
+radius = 0.9
+amplitude = 0.1
+frequency = 4
+segments = 48
+"""
 SMALL_STAGE = STAGE.replace("count = 16", "count = 2").replace("test = 2\nirradiance", "test = 1\nirradiance")
 
 
