@@ -1,10 +1,7 @@
 #include "apps/command.h"
 #include "apps/terminal.h"
-#include "apps/viewer/display.h"
-#include "apps/viewer/recorder.h"
-#include "render/scene/scene.h"
+#include "render/film/video.h"
 #include "render/scene/script_edit.h"
-#include "srf/image/png.h"
 #include "srf/model/manifest.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
@@ -19,7 +16,7 @@ namespace surflect {
 
 namespace {
 
-constexpr const char* kModel = "doll.srf";
+constexpr const char *kModel = "doll.srf", *kFilm = "film.mp4";
 
 struct DemoArguments {
   std::string output = "demo";
@@ -47,22 +44,6 @@ Json run(void (*add)(CLI::App&, CommandWork&), std::vector<std::string> words, c
   return work(progress);
 }
 
-// The film of frames with alpha, over dark grey.
-void encode(const scene::Script& script, const std::filesystem::path& frames,
-            const std::filesystem::path& film, const Progress& progress) {
-  std::unique_ptr<viewer::Recorder> recorder;
-  const scene::Frames& range = *script.frames;
-  for (int frame = range.first; frame <= range.last; ++frame) {
-    progress("film", static_cast<double>(frame - range.first) / range.count());
-    auto picture = scene::framePath(*script.output, frames, frame);
-    const image::Image color = image::readPng(picture.replace_extension(".png")).image;
-    if (!recorder) recorder = std::make_unique<viewer::Recorder>(film, color.width, color.height, range.fps);
-    recorder->add(viewer::overBackground(color, {0.1f, 0.1f, 0.11f}));
-  }
-  recorder->finish();
-  progress("film", 1);
-}
-
 Json runDemo(const DemoArguments& arguments, const Progress& progress) {
   const std::filesystem::path examples = examplesFolder(), folder = arguments.output;
   const std::filesystem::path model = folder / kModel, script = folder / "film.toml";
@@ -81,19 +62,22 @@ Json runDemo(const DemoArguments& arguments, const Progress& progress) {
     const std::string text = readFile(examples / "doll.toml");
     Json values = Json::parse(scene::scriptValues(text, script));
     values["model"] = kModel;
+    values["output"]["background"] = {0.1, 0.1, 0.11};
+    values["output"]["video"] = kFilm;
     writeFileAtomically(script, std::string_view(scene::withValues(text, script, values.dump())));
   }
   const std::filesystem::path frames = folder / (arguments.quick ? "quick" : "frames");
   std::vector<std::string> words = {"render", script.string(), "-o", frames.string(), "--resume"};
-  if (arguments.quick) words.insert(words.end(), {"--every", "8", "--scale", "0.5"});
-  run(addRenderCommand, words, progress);
+  const bool hasEncoder = film::canEncodeVideo();
+  if (arguments.quick) words.insert(words.end(), {"--every", "8", "--scale", "0.5", "--no-video"});
+  if (!arguments.quick && !hasEncoder) words.push_back("--no-video");
+  const Json rendered = run(addRenderCommand, words, progress);
   Json report = {{"model", model.string()}, {"script", script.string()}, {"frames", frames.string()}};
-  if (!arguments.quick && viewer::canRecord()) {
-    const std::filesystem::path film = folder / "film.mp4";
-    encode(scene::readScript(script), frames, film, progress);
-    report["film"] = film.string();
-    say(fmt::format("{}: the film", film.string()));
-  }
+  if (rendered.contains("video")) report["film"] = rendered["video"];
+  if (!arguments.quick && !hasEncoder)
+    say(fmt::format(
+        "no {}: ffmpeg is not installed (apt install ffmpeg); the same command again then makes it",
+        (frames / kFilm).string()));
   say(fmt::format("{}: frames; EXR beside each PNG holds linear light, alpha, depth, normals, and what was "
                   "blended and stretched",
                   (frames / "").string()));

@@ -5,6 +5,7 @@
 #include "render/evaluation/diagnostics.h"
 #include "render/film/film_writer.h"
 #include "render/film/shot_renderer.h"
+#include "render/film/video.h"
 #include "render/scene/turntable.h"
 #include "srf/image/exr.h"
 #include "srf/image/png.h"
@@ -38,7 +39,9 @@ struct RenderArguments {
   QualityOptions quality;
   double scale = 1;
   int every = 1;
-  bool resume = false;
+  bool resume = false, noVideo = false;
+
+  bool makesVideo(const scene::Output& written) const { return !written.video.empty() && !noVideo; }
 };
 
 struct FrameRange {
@@ -99,12 +102,12 @@ std::vector<std::string> remarksOn(const scene::Environment& environment) {
 
 // Identity of everything that determines a film's pixels.
 std::string filmIdentity(const scene::Script& script, const method::Description& model,
-                         const film::ShotRenderer& shot, double scale) {
+                         const film::ShotRenderer& shot, const film::Finish& finish, double scale) {
   std::string identity =
       fmt::format("surflect {} script {} {} scale {}", kVersion, hex(script.hash), model.identity, scale);
   for (const scene::Environment& environment : shot.environments())
     identity += " environment " + hex(environment.hash);
-  return identity;
+  return identity + finish.identity();
 }
 
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
@@ -155,6 +158,11 @@ std::set<std::filesystem::path> writableFolders(const scene::Output& output, con
     requireReplaceable(path);
     if (output.png) requireReplaceable(previewPath(path));
   }
+  if (arguments.makesVideo(output)) {
+    const auto path = std::filesystem::path(arguments.output) / output.video;
+    folders.insert(path.parent_path());
+    requireReplaceable(path);
+  }
   for (const auto& folder : folders) requireCreatable(folder);
   return folders;
 }
@@ -166,6 +174,10 @@ void removeLitter(const scene::Script& script, const RenderArguments& arguments)
     const auto path = scene::framePath(*script.output, arguments.output, frame);
     for (const auto& target : {path, previewPath(path)})
       targets[path.parent_path()].insert(target.filename().string());
+  }
+  if (!script.output->video.empty()) {
+    const auto video = std::filesystem::path(arguments.output) / script.output->video;
+    targets[video.parent_path()].insert(video.filename().string());
   }
   for (const auto& [folder, names] : targets)
     removeAbandoned(folder, [&](const std::string& target) { return names.contains(target); });
@@ -262,7 +274,17 @@ struct OpenFilm {
   scene::Script script;
   FrameRange range;
   std::set<std::filesystem::path> folders; // of the frames
+  std::unique_ptr<const film::Finish> finish;
 };
+
+// Throws Error if a video is wanted that cannot be encoded here.
+void requireEncoder(const scene::Output& output, const RenderArguments& arguments) {
+  if (!arguments.makesVideo(output) || film::canEncodeVideo()) return;
+  throw Error(
+      "needs ffmpeg, which is not installed (apt install ffmpeg); --no-video renders the frames alone")
+      .at("output.video")
+      .in(arguments.script);
+}
 
 // The script of a model that is rendered without one.
 scene::Script turntableOf(const std::filesystem::path& model, const method::Renderer& renderer) {
@@ -286,6 +308,7 @@ OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
     film.script = turntableOf(arguments.script, *film.renderer);
     film.range = parseRange(arguments.frames, *film.script.frames);
     film.folders = writableFolders(*film.script.output, arguments, film.range);
+    film.finish = std::make_unique<const film::Finish>(*film.script.output, film.script.path);
     return film;
   }
   const scene::ScriptHead head = scene::readScriptHead(arguments.script, arguments.model);
@@ -295,6 +318,8 @@ OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
   for (const std::string& cost : costsOf(head.objects.size(), film.script.lights)) say(cost);
   film.range = parseRange(arguments.frames, head.frames);
   film.folders = writableFolders(head.output, arguments, film.range);
+  requireEncoder(head.output, arguments);
+  film.finish = std::make_unique<const film::Finish>(head.output, arguments.script);
   film.renderer = open(head);
   if (!isEarly) {
     film.script = scene::readScript(arguments.script, film.renderer->describe().rig.origin);
@@ -316,9 +341,40 @@ void requireAovs(const scene::Script& script, const method::Description& model) 
           .in(script.path);
 }
 
+// Exposure of the pictures for screens, in words.
+std::string exposureSentence(double stops) {
+  return fmt::format("PNG and video are exposed by {0:+.3f} stops, chosen by the film's brightest part; "
+                     "[camera] exposure = {0:.3f} fixes it, in the EXR too",
+                     stops == 0 ? 0 : stops); // no -0
+}
+
+// Encodes frames that are on disk.
+std::filesystem::path writeVideo(const scene::Script& script, const RenderArguments& arguments,
+                                 const FrameRange& range, const film::DisplayOptions& display,
+                                 const Progress& progress) {
+  const std::filesystem::path file = std::filesystem::path(arguments.output) / script.output->video;
+  std::unique_ptr<film::VideoWriter> video;
+  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
+    progress("video", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
+    const image::Image color = image::ExrFile(scene::framePath(*script.output, arguments.output, frame))
+                                   .read(image::ChannelSet{"R", "G", "B", "A"});
+    if (!video)
+      video = std::make_unique<film::VideoWriter>(file, film::videoFormat(file, display.isTransparent),
+                                                  color.width, color.height,
+                                                  script.frames->fps / arguments.every);
+    film::DisplayOptions shown = display;
+    if (film::videoFormat(file, display.isTransparent) == film::VideoFormat::h264)
+      shown.isTransparent = false;
+    video->add(film::shownColor(color, shown));
+  }
+  video->finish();
+  progress("video", 1);
+  return file;
+}
+
 Json runRender(const RenderArguments& arguments, const Progress& progress) {
   OpenFilm openFilm = opened(arguments, progress);
-  const auto& [renderer, script, range, folders] = openFilm;
+  const auto& [renderer, script, range, folders, finish] = openFilm;
   const method::Description& model = renderer->describe();
   FilmQuality quality(arguments.quality, arguments.options.settingFor(method::methodOf(model.method)),
                       *renderer);
@@ -334,13 +390,21 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
           evaluation::misplacedRestMesh(script, scene::shotTime(script, range.first), model.points))
     say(*misfit);
 
-  const std::string filmsIdentity = filmIdentity(script, model, shot, arguments.scale);
+  const std::string filmsIdentity = filmIdentity(script, model, shot, *finish, arguments.scale);
   const std::string identity = filmsIdentity + quality.identity();
   Json report = {
       {"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
   for (const auto& [name, count] : model.counts) report[name] = count;
   for (size_t i = 0; i < shot.environments().size(); ++i)
     report["environments"].push_back(environmentJson(shot.environments()[i], shot.environmentReports()[i]));
+  const capture::Lens lens = shot.camera(range.first, arguments.scale).lens;
+  film::DisplayOptions display = finish->optionsFor(lens.width, lens.height);
+  bool isExposed = false; // display's white is known
+  const auto expose = [&] {
+    quality.setBase();
+    display.white = 1 / shot.previewExposure();
+    isExposed = true;
+  };
   size_t kept = 0;
   bool saidEmpty = false;
   FilmTrust trust;
@@ -356,13 +420,15 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         ++kept;
         continue;
       }
-      film::FrameFiles files{path, {}, {}, 1};
+      film::FrameFiles files{path, {}, {}, {}};
       const control::Choice choice = quality.choose(shot, *script.frames, frame, arguments.scale);
       files.attributes = {{"surflect.version", kVersion},
                           {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
                           {"surflect.script", hex(script.hash)},
                           {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
                           {"surflect.frame", std::to_string(frame)}};
+      const auto stops = scene::exposureAt(script, scene::shotTime(script, frame));
+      if (stops) files.attributes["surflect.exposure"] = fmt::format("{}", *stops);
       if (!choice.setting.empty()) files.attributes["surflect.setting"] = method::textOf(choice.setting);
       const Stopwatch watch;
       shot.reuse(writer.spare());
@@ -375,11 +441,12 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
       Json entry = frameJson(picture.report);
       entry["frame"] = frame;
       entry["file"] = path.string();
+      if (stops) entry["exposure_stops"] = *stops;
       entry["total_seconds"] = watch.seconds();
       if (script.output->png) {
         files.preview = previewPath(path);
-        quality.setBase();
-        files.exposure = shot.previewExposure();
+        if (!isExposed) expose();
+        files.display = display;
       }
       quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
       report["frames"].push_back(std::move(entry));
@@ -393,6 +460,15 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   addSeconds(report, writing, film.seconds());
   quality.report(report);
   progress("render", 1);
+  if (arguments.makesVideo(*script.output)) {
+    if (!isExposed) expose();
+    report["video"] = writeVideo(script, arguments, range, display, progress).string();
+  }
+  if (isExposed && !script.exposure) {
+    const double stops = -std::log2(display.white);
+    report["automatic_exposure_stops"] = stops;
+    say(exposureSentence(stops));
+  }
   const MemoryUse memory = memoryUse();
   report["memory_peak_bytes"] = memory.peakBytes;
   report["memory_anonymous_bytes"] = memory.anonymousBytes;
@@ -401,6 +477,13 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     say(trust.sentence());
   }
   say(summary(report["frames"].size(), kept, film.seconds(), arguments.output) + quality.summary());
+  if (report.contains("video")) {
+    const auto video = report["video"].get<std::string>();
+    const bool isOverBlack = display.isTransparent && video.ends_with(".mp4");
+    say(video + ": the film" +
+        (isOverBlack ? " over black, as an MP4 has no alpha; output.background is another, a .mov keeps alpha"
+                     : ""));
+  }
   return report;
 }
 
@@ -428,6 +511,7 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
       ->check(finiteIn(0.01, 8));
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
+  command->add_flag("--no-video", arguments->noVideo, "frames alone, without the script's output.video");
   addQualityOptions(*command, arguments->quality);
   addSimd(*command);
   arguments->options.add(*command, MethodOptions::Kind::render, [arguments] {

@@ -1,7 +1,6 @@
 #include "apps/viewer/display.h"
 
 #include "render/evaluation/flip.h"
-#include "srf/image/color.h"
 #include "surfel/base/error.h"
 
 #include <tbb/blocked_range.h>
@@ -32,12 +31,12 @@ Bytes bytesOf(const Rgb& displayed) {
 template <class PixelOf> DisplayPicture pictureOf(int width, int height, const PixelOf& pixelOf) {
   DisplayPicture picture{width, height, {}};
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
-  picture.rgb.resize(3 * pixels);
+  picture.bytes.resize(3 * pixels);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, pixels, 1 << 14),
                     [&](const tbb::blocked_range<size_t>& part) {
                       for (size_t i = part.begin(); i < part.end(); ++i) {
                         const Bytes bytes = pixelOf(i);
-                        std::copy(bytes.begin(), bytes.end(), &picture.rgb[3 * i]);
+                        std::copy(bytes.begin(), bytes.end(), &picture.bytes[3 * i]);
                       }
                     });
   return picture;
@@ -48,51 +47,12 @@ float scaleOf(const DisplayOptions& options) {
 }
 
 // `displayed` over the background, by alpha.
-Bytes over(const Rgb& displayed, float alpha, const Rgb& background) {
+Bytes blended(const Rgb& displayed, float alpha, const Rgb& background) {
   const float a = std::clamp(alpha, 0.f, 1.f);
   return bytesOf(a * displayed + (1 - a) * background);
 }
 
 } // namespace
-
-float toned(float linear, Tone tone) {
-  if (tone == Tone::none) return linear;
-  const auto f = [](float x) {
-    return (x * (0.15f * x + 0.05f) + 0.004f) / (x * (0.15f * x + 0.5f) + 0.06f) - 1 / 15.f;
-  };
-  return f(2 * std::max(linear, 0.f)) / f(11.2f);
-}
-
-DisplayPicture shownColor(const image::Image& color, const DisplayOptions& options) {
-  static const image::SrgbBytes srgbBytes;
-  const float scale = scaleOf(options);
-  const auto linear = [](float displayed) { return image::linearFromSrgb(displayed); };
-  const Rgb background{linear(options.background.r), linear(options.background.g),
-                       linear(options.background.b)};
-  const Bytes empty = bytesOf(options.background);
-  return pictureOf(color.width, color.height, [&](size_t i) -> Bytes {
-    const float* const pixel = &color.values[4 * i];
-    const float alpha = std::clamp(pixel[3], 0.f, 1.f);
-    if (alpha == 0 && pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0) return empty;
-    const float opaque = alpha > 0 ? alpha : 1;
-    const auto channel = [&](size_t c, float behind) {
-      return srgbBytes(opaque * toned(scale * pixel[c] / opaque, options.tone) + (1 - alpha) * behind);
-    };
-    return {channel(0, background.r), channel(1, background.g), channel(2, background.b)};
-  });
-}
-
-DisplayPicture overBackground(const image::Image& preview, const Rgb& background) {
-  image::Image color(preview.width, preview.height, 4); // premultiplied radiance
-  for (size_t i = 0; i < color.values.size(); i += 4) {
-    const float alpha = preview.channels == 4 ? preview.values[i + 3] : 1;
-    for (size_t c = 0; c < 3; ++c)
-      color.values[i + c] =
-          alpha * image::linearFromSrgb(preview.values[i / 4 * static_cast<size_t>(preview.channels) + c]);
-    color.values[i + 3] = alpha;
-  }
-  return shownColor(color, {.background = background});
-}
 
 DisplayPicture shownAov(const method::FrameLayers& layers, const std::string& aov,
                         const Point3<AcquisitionSpace, double>& middle, double radius,
@@ -105,7 +65,7 @@ DisplayPicture shownAov(const method::FrameLayers& layers, const std::string& ao
     return pictureOf(image.width, image.height, [&](size_t i) -> Bytes {
       const float alpha = alphaAt(i);
       const float* const values = &image.values[i * static_cast<size_t>(image.channels)];
-      return alpha > 0 ? over(colorOf(values, alpha), alpha, options.background)
+      return alpha > 0 ? blended(colorOf(values, alpha), alpha, options.background)
                        : bytesOf(options.background);
     });
   };
@@ -165,8 +125,8 @@ std::string jpegBytes(const DisplayPicture& picture, JpegQuality quality) {
   unsigned long size = 0;
   const int failed =
       encoder
-          ? tjCompress2(encoder.get(), picture.rgb.data(), picture.width, 0, picture.height, TJPF_RGB, &bytes,
-                        &size, isStill ? TJSAMP_444 : TJSAMP_420, isStill ? 95 : 80, TJFLAG_FASTDCT)
+          ? tjCompress2(encoder.get(), picture.bytes.data(), picture.width, 0, picture.height, TJPF_RGB,
+                        &bytes, &size, isStill ? TJSAMP_444 : TJSAMP_420, isStill ? 95 : 80, TJFLAG_FASTDCT)
           : -1;
   const std::unique_ptr<unsigned char, decltype(&tjFree)> owned(bytes, &tjFree);
   if (failed != 0) throw Error(std::string("a picture cannot be encoded as JPEG: ") + tjGetErrorStr());

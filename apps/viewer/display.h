@@ -1,47 +1,19 @@
-// Rendered layers as a screen shows them: exposure, tone curve and background, or an AOV in colours; encoded
-// as JPEG for the page.
+// Rendered layers as the page shows them: their colours, an AOV in colours, or an error; encoded as JPEG.
 #pragma once
 
+#include "render/film/display.h"
 #include "render/method/renderer.h"
 #include "srf/image/image.h"
-#include "surfel/math/rgb.h"
 #include "surfel/math/space.h"
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
 namespace surflect::viewer {
 
-// A picture as screens show it: sRGB, 8 bits, rows from the top.
-struct DisplayPicture {
-  int width = 0, height = 0;
-  std::vector<uint8_t> rgb; // 3 * width * height
-};
-
-enum class Tone {
-  none,  // clipped at white
-  filmic // rolls off towards white [Hable 2010]
-};
-
-// How radiance becomes the colours of a screen.
-struct DisplayOptions {
-  double exposureStops = 0;
-  double white = 1; // radiance of white at 0 stops
-  Tone tone = Tone::none;
-  Rgb background; // as displayed, 0..1
-};
-
-// Curve of linear light relative to white. Filmic: f(2 x) / f(11.2), f(x) = (x (0.15 x + 0.05) + 0.004) /
-// (x (0.15 x + 0.5) + 0.06) - 1/15.
-// [Hable 2010] Hable: Uncharted 2: HDR Lighting. Game Developers Conference.
-float toned(float linear, Tone tone);
-
-// Colour over the background. color: RGBA radiance, premultiplied.
-DisplayPicture shownColor(const image::Image& color, const DisplayOptions& options);
-
-// A preview over a background: RGBA as displayed, with straight alpha. Blended in linear light.
-DisplayPicture overBackground(const image::Image& preview, const Rgb& background);
+using film::DisplayOptions;
+using film::DisplayPicture;
+using film::shownColor;
+using scene::Tone;
 
 // An AOV in colours over the background: depth from near (light) to far, directions as 0.5 + 0.5 n, places
 // within the object's sphere, stretch and errors from black to light yellow. `alpha` is the last channel of

@@ -19,13 +19,19 @@ namespace {
 using Json = nlohmann::json;
 
 // Keys whose text names a file.
-constexpr std::array<std::string_view, 5> kFileKeys = {"model", "image", "rest", "frames", "file"};
+constexpr std::array<std::string_view, 6> kFileKeys = {"model",  "image", "rest",
+                                                       "frames", "file",  "background"};
+
+bool namesFile(std::string_view key, const Json& value) {
+  return value.is_string() && std::ranges::find(kFileKeys, key) != kFileKeys.end() &&
+         (key != "background" || value != "transparent");
+}
 
 // Calls visit(file) for each text that names a file, which it may change.
 void eachFile(Json& values, const std::function<void(Json& file)>& visit) {
   if (!values.is_structured()) return;
   for (auto& [key, value] : values.items()) {
-    if (value.is_string() && std::ranges::find(kFileKeys, key) != kFileKeys.end())
+    if (namesFile(key, value))
       visit(value);
     else
       eachFile(value, visit);

@@ -1,8 +1,8 @@
 #include "apps/viewer/viewer.h"
 
-#include "apps/viewer/recorder.h"
 #include "render/evaluation/evaluate.h"
 #include "render/film/frame_file.h"
+#include "render/film/video.h"
 #include "render/methods.h"
 #include "render/scene/turntable.h"
 #include "srf/image/resize.h"
@@ -185,7 +185,7 @@ Json Viewer::start() const {
   return {
       {"version", kVersion},
       {"snapshots", input_.snapshots.string()},
-      {"canRecord", canRecord()},
+      {"canRecord", film::canEncodeVideo()},
       {"isScript", !input_.script.empty()},
       {"scriptPath", list_.document->path().string()},
       {"doc", list_.document->values()},
@@ -227,9 +227,25 @@ Photographs& Viewer::photographs(size_t model) const {
 
 // --- Pictures
 
-DisplayOptions Viewer::displayOf(const FrameRequest& request, const image::Image& color) const {
+DisplayOptions Viewer::displayOf(const FrameRequest& request, const std::string& text,
+                                 const image::Image& color) {
+  const auto script = list_.document->script(text);
+  const scene::Finish& given = script->output->finish;
   DisplayOptions display = request.display;
   display.white = request.white.value_or(orOne(film::whiteOf(color)));
+  if (script->exposure) display.exposureStops = 0, display.white = 1; // the colours are exposed already
+  if (given == scene::Finish()) return display;
+  std::shared_ptr<const film::Finish> finish;
+  {
+    const std::lock_guard lock(finishing_);
+    if (!finish_ || finish_->given() != given)
+      finish_ = std::make_shared<const film::Finish>(*script->output, script->path);
+    finish = finish_;
+  }
+  const DisplayOptions scripted = finish->optionsFor(color.width, color.height);
+  if (given.tone != Tone::none) display.tone = given.tone, display.ocio = scripted.ocio;
+  if (scripted.isTransparent) return display;
+  display.background = scripted.background, display.backdrop = scripted.backdrop;
   return display;
 }
 
@@ -279,7 +295,7 @@ Answer Viewer::frame(const std::string& tab, const FrameRequest& request) {
       render(tab, request, text, isColor ? std::vector<std::string>{} : std::vector{request.show}, false);
   const Stopwatch encoding;
   const method::FrameLayers& layers = rendered.layers;
-  const DisplayOptions display = displayOf(request, layers.color);
+  const DisplayOptions display = displayOf(request, text, layers.color);
   const DescribedModel& model = *list_.models[request.model];
   const DisplayPicture shown = isColor ? shownColor(layers.color, display)
                                        : shownAov(layers, request.show, model.middle, model.radius, display);
@@ -305,8 +321,8 @@ Answer Viewer::photograph(const FrameRequest& request) {
   if (request.hasOverlay) {
     const image::Image outlined = all.outlined(frame, {request.width, request.height},
                                                std::exp2(display.exposureStops) / display.white, progress);
-    shown = {outlined.width, outlined.height, std::vector<uint8_t>(outlined.values.size())};
-    std::ranges::transform(outlined.values, shown.rgb.begin(), [](float srgb) {
+    shown = {outlined.width, outlined.height, std::vector<uint8_t>(outlined.values.size()), 3};
+    std::ranges::transform(outlined.values, shown.bytes.begin(), [](float srgb) {
       return static_cast<uint8_t>(std::lround(255 * std::clamp(srgb, 0.f, 1.f)));
     });
   } else {
@@ -486,6 +502,7 @@ Json Viewer::withKnownCamera(const FrameRequest& request) const {
   if (std::ranges::none_of(model.heldOut, isNamed)) return values;
   values["camera"] = valuesOf(values, request.model, request.frame)["camera"];
   values["camera"].erase("forward");
+  if (camera.contains("exposure")) values["camera"]["exposure"] = camera["exposure"];
   return values;
 }
 
@@ -524,8 +541,7 @@ std::filesystem::path Viewer::freeName(const std::string& stem) {
     const auto isFree = [&](const char* extension) {
       return !std::filesystem::exists(path.string() + extension);
     };
-    if (isFree(".exr") && isFree(".png") && isFree(".toml") && isFree(".mp4") && isFree(".mp4.part"))
-      return path;
+    if (isFree(".exr") && isFree(".png") && isFree(".toml") && isFree(".mp4")) return path;
   }
   throw Error("holds 9999 snapshots of this model").in(input_.snapshots);
 }
@@ -548,8 +564,8 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
   const Rendered rendered = render(tab + " snapshot", request, text, aovs, true);
   const std::lock_guard lock(naming_);
   const std::string path = freeName(fmt::format("{}_frame{}", stemOf(request.model), request.frame)).string();
-  const double white = request.white.value_or(orOne(film::whiteOf(rendered.layers.color)));
-  film::writePreview(path + ".png", rendered.layers.color, std::exp2(request.display.exposureStops) / white);
+  const DisplayOptions display = displayOf(request, text, rendered.layers.color);
+  writeFileAtomically(path + ".png", film::pngBytes(shownColor(rendered.layers.color, display)));
   film::writeFrame(path + ".exr", rendered.layers,
                    {{"surflect.version", kVersion}, {"surflect.frame", std::to_string(request.frame)}});
   writeFileAtomically(path + ".toml", std::string_view(text));
@@ -564,7 +580,7 @@ Json Viewer::record(const std::string& tab, const Json& body) {
   FrameRequest request = frameRequest(body, list_.models.size());
   request.isPreview = false;
   requireModel(request.model);
-  if (!canRecord()) throw Error("ffmpeg is not installed");
+  if (!film::canEncodeVideo()) throw Error("ffmpeg is not installed");
   const int first = wholeAt(body, "first", -1'000'000, 2'000'000);
   const int last = wholeAt(body, "last", first, first + 100'000);
   const std::string text = list_.document->movable(withKnownCamera(request), input_.models[request.model]);
@@ -586,7 +602,8 @@ Json Viewer::record(const std::string& tab, const Json& body) {
   });
   std::unique_lock naming(naming_);
   const std::filesystem::path file = freeName(stemOf(request.model) + "_film").string() + ".mp4";
-  Recorder film(file, script->output->width, script->output->height, script->frames->fps);
+  film::VideoWriter film(file, film::VideoFormat::h264, script->output->width, script->output->height,
+                         script->frames->fps);
   naming.unlock();
   const Stopwatch watch;
   std::optional<double> white = request.white; // of the first frame, so that the film does not pump
@@ -596,7 +613,7 @@ Json Viewer::record(const std::string& tab, const Json& body) {
     const Rendered rendered = render(tab + " film", request, text, {}, true);
     if (!white) white = orOne(film::whiteOf(rendered.layers.color));
     request.white = white;
-    film.add(shownColor(rendered.layers.color, displayOf(request, rendered.layers.color)));
+    film.add(shownColor(rendered.layers.color, displayOf(request, text, rendered.layers.color)));
     const double share = static_cast<double>(++done) / (last - first + 1);
     events_.add({{"kind", "progress"},
                  {"stage", "film"},

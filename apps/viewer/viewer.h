@@ -5,6 +5,7 @@
 #include "apps/viewer/request.h"
 #include "apps/viewer/start_list.h"
 #include "apps/viewer/tabs.h"
+#include "render/film/display.h"
 #include "render/film/shot_renderer.h"
 #include "render/session/session.h"
 
@@ -81,7 +82,9 @@ private:
   Photographs& photographs(size_t model) const; // throws Malformed without a capture of the model's object
   // Values whose camera is a pose, if it is a held-out one, which models do not know.
   Json withKnownCamera(const FrameRequest& request) const;
-  DisplayOptions displayOf(const FrameRequest& request, const image::Image& color) const;
+  // How a frame of a script is shown: by the script where it says so, else by the page. Behind what the
+  // script calls transparent is the page's background.
+  DisplayOptions displayOf(const FrameRequest& request, const std::string& text, const image::Image& color);
   // Reports to the pages; cancelled when the viewer ends.
   Progress untilTheEnd();
   std::string stemOf(size_t model) const;
@@ -94,6 +97,8 @@ private:
   std::atomic<bool> isEnding_ = false;
   scene::Environments environments_; // of the session's thread
   Tabs tabs_;
+  std::mutex finishing_; // of finish_, the last one
+  std::shared_ptr<const film::Finish> finish_;
   std::mutex mutex_;                     // of the next three
   std::shared_ptr<const Probed> probed_; // the last one
   std::string recordingTab_;             // whose film is being made; or empty

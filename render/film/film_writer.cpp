@@ -53,13 +53,13 @@ void FilmWriter::close() {
 
 void FilmWriter::encode(const Frame& frame) {
   const Stopwatch watch;
-  const auto& [picturePath, attributes, previewPath, exposure] = frame.files;
+  const auto& [picturePath, attributes, previewPath, display] = frame.files;
   // Another script may have left one, which a resumed film would keep beside the new picture.
   if (previewPath) std::filesystem::remove(*previewPath);
   std::string picture, preview;
   tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
-                         if (previewPath) preview = previewBytes(frame.film.color, exposure);
+                         if (previewPath) preview = pngBytes(shownColor(frame.film.color, display));
                        });
   const auto add = [&](const std::filesystem::path& path, const std::string& bytes) {
     pending_.push_back(std::make_unique<AtomicFile>(path));

@@ -1,6 +1,7 @@
 // A film's files, written while its next frames are rendered.
 #pragma once
 
+#include "render/film/display.h"
 #include "render/film/frame_file.h"
 #include "surfel/base/file.h"
 
@@ -18,7 +19,7 @@ struct FrameFiles {
   std::filesystem::path picture; // EXR
   std::map<std::string, std::string> attributes;
   std::optional<std::filesystem::path> preview; // PNG
-  double exposure = 1;                          // of the preview
+  DisplayOptions display;                       // of the preview
 };
 
 // Frames appear in order, each whole, and its preview before its picture: if a picture exists, both it and

@@ -1,9 +1,7 @@
 #include "render/film/frame_file.h"
 
-#include "srf/image/color.h"
 #include "srf/image/exr.h"
 #include "srf/image/image.h"
-#include "srf/image/png.h"
 #include "surfel/base/file.h"
 
 #include <algorithm>
@@ -36,25 +34,6 @@ std::string frameBytes(const method::FrameLayers& film, const std::map<std::stri
 void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes) {
   writeFileAtomically(path, frameBytes(film, attributes));
-}
-
-std::string previewBytes(const image::Image& color, double exposure) {
-  static const image::SrgbBytes srgbBytes;
-  image::PngSamples preview{color.width, color.height,           4,
-                            8,           image::PngColors::srgb, std::vector<uint8_t>(color.values.size())};
-  for (size_t i = 0; i < color.values.size(); i += 4) {
-    const float* pixel = &color.values[i];
-    if (pixel[0] == 0 && pixel[1] == 0 && pixel[2] == 0 && pixel[3] == 0) continue;
-    const float alpha = pixel[3];
-    const float scale = alpha > 0 ? static_cast<float>(exposure) / alpha : 1;
-    for (size_t c = 0; c < 3; ++c) preview.bytes[i + c] = srgbBytes(pixel[c] * scale);
-    preview.bytes[i + 3] = static_cast<uint8_t>(image::quantized(alpha, 255));
-  }
-  return image::pngBytes(preview);
-}
-
-void writePreview(const std::filesystem::path& path, const image::Image& color, double exposure) {
-  writeFileAtomically(path, previewBytes(color, exposure));
 }
 
 double whiteOf(const image::Image& color) {

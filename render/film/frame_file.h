@@ -19,10 +19,6 @@ std::string frameBytes(const method::FrameLayers& film, const std::map<std::stri
 void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
                 const std::map<std::string, std::string>& attributes);
 
-// Preview of a frame as PNG: colour times exposure, sRGB, 8 bits, straight alpha.
-std::string previewBytes(const image::Image& color, double exposure);
-void writePreview(const std::filesystem::path& path, const image::Image& color, double exposure);
-
 // The 99.5th percentile of the object's pixels; 0 if there are none, or all are black.
 double whiteOf(const image::Image& color);
 

@@ -24,6 +24,15 @@ capture::Camera<ObjectSpace> fitted(capture::Camera<ObjectSpace> camera, const s
   return camera;
 }
 
+// Multiplies colours, and the errors predicted of them, by 2^stops; exactly so where stops are whole.
+void expose(method::FrameLayers& layers, double stops) {
+  const auto factor = static_cast<float>(std::exp2(stops));
+  for (size_t i = 0; i < layers.color.values.size(); i += 4)
+    for (size_t c = 0; c < 3; ++c) layers.color.values[i + c] *= factor;
+  if (const auto error = layers.aovs.find("predicted_error"); error != layers.aovs.end())
+    for (float& value : error->second.values) value *= factor;
+}
+
 capture::Lens scaled(const capture::Lens& lens, double scale) {
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
   return capture::resized(lens, side(lens.width), side(lens.height));
@@ -82,9 +91,12 @@ template <class Ask> auto ShotRenderer::withScene(int frame, double scale, const
 }
 
 method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
-  return withScene(frame, scale, [&](const scene::Scene& scene) {
+  const std::optional<double> stops = scene::exposureAt(script_, scene::shotTime(script_, frame));
+  method::FrameLayers layers = withScene(frame, scale, [&](const scene::Scene& scene) {
     return renderer_.render(scene, aovs, progress_, std::exchange(memory_, {}));
   });
+  if (stops) expose(layers, *stops);
+  return layers;
 }
 
 method::PhotographBlend ShotRenderer::blendedAt(int frame, double scale, capture::Pixel pixel) {
@@ -93,6 +105,7 @@ method::PhotographBlend ShotRenderer::blendedAt(int frame, double scale, capture
 }
 
 double ShotRenderer::previewExposure() {
+  if (script_.exposure) return 1;
   if (!exposure_) {
     double white = 0;
     const scene::Frames& frames = *script_.frames;

@@ -25,7 +25,8 @@ public:
   // camera's pictures have another shape.
   capture::Camera<ObjectSpace> camera(int frame, double scale) const;
 
-  // Renders a frame with the AOVs that the script asks for. Throws Error if a track has no valid value.
+  // Renders a frame with the AOVs that the script asks for. The script's exposure multiplies colours, and the
+  // errors predicted of them. Throws Error if a track has no valid value.
   method::FrameLayers render(int frame, double scale);
   // Renders a frame with these AOVs instead.
   method::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
@@ -36,9 +37,9 @@ public:
   // Reuses the memory of a frame that is no longer needed.
   void reuse(method::FrameLayers film) { memory_ = std::move(film); }
 
-  // Exposure for all previews of the shot, whatever part of it is rendered: the brightest of five frames,
-  // spread over the shot, becomes white. 1 if all five are black. The first call renders them, at a quarter
-  // of the size.
+  // Factor on the colours of all previews of the shot: 1 where the script gives an exposure. Else, whatever
+  // part of the shot is rendered, the brightest of five frames, spread over it, becomes white; 1 if all five
+  // are black. The first call renders them, at a quarter of the size.
   double previewExposure();
 
   // Environments in the order of the script, and the report on preparing each of them.

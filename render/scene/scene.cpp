@@ -177,6 +177,17 @@ capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime
   }
 }
 
+std::optional<double> exposureAt(const Script& script, const warp::ShotTime& time) {
+  if (!script.exposure) return std::nullopt;
+  try {
+    const double stops = warp::finiteAt(*script.exposure, time, "exposure");
+    if (std::abs(stops) > 30) throw Error::mismatch("stops in -30..30", numberText(stops)).at("exposure");
+    return stops;
+  } catch (Error& error) {
+    throw std::move(error).at("camera").in(script.path);
+  }
+}
+
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const Environment> environments) {
   size_t used = 0;

@@ -53,6 +53,10 @@ std::filesystem::path framePath(const Output& output, const std::filesystem::pat
 // finite, if the viewing direction is zero or along `up`, or if fov_deg is outside 0.001..179.999.
 capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime& time);
 
+// Exposure of the camera in stops, which doubles the picture's values each; none where the script gives none.
+// Throws Error unless it is in -30..30.
+std::optional<double> exposureAt(const Script& script, const warp::ShotTime& time);
+
 struct ShotDirectionalLight {
   Direction3<ObjectSpace, double> towards; // the light; unit
   Rgb irradiance;

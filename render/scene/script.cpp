@@ -1,6 +1,7 @@
 #include "render/scene/script.h"
 
 #include "render/scene/script_fields.h"
+#include "srf/image/image_file.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/math/space.h"
@@ -164,8 +165,48 @@ Frames asFrames(const Entry& entry) {
   return frames;
 }
 
+// Throws Error for a name outside of the folder of --output: a script that somebody else has written must not
+// choose where on the disk it writes.
+void requireInside(const Entry& entry, const std::string& name) {
+  const std::filesystem::path place = std::filesystem::path(name).lexically_normal();
+  if (place.is_absolute() || *place.begin() == "..")
+    throw mismatch(entry, "a name inside the folder of --output");
+}
+
+Background asBackground(const Entry& entry) {
+  constexpr const char* expected =
+      "\"transparent\", a colour [red, green, blue] of numbers in 0..1, or a picture's file";
+  if (isText(entry)) {
+    if (asText(entry) == "transparent") return {};
+    if (!image::isPictureName(asText(entry))) throw mismatch(entry, expected);
+    return asPath(entry);
+  }
+  const std::vector<Entry> channels = asArray(entry, expected);
+  if (channels.size() != 3) throw mismatch(entry, expected);
+  const auto channel = [&](size_t c) { return static_cast<float>(numberIn(channels[c], 0, 1)); };
+  return Rgb{channel(0), channel(1), channel(2)};
+}
+
+Finish asFinish(const Section& output) {
+  Finish finish;
+  if (const auto tone = output.find("tone")) {
+    const auto found = std::ranges::find(toneNames, asText(*tone));
+    if (found == toneNames.end()) throw noneOf(*tone, Keys(toneNames.begin(), toneNames.end()));
+    finish.tone = static_cast<Tone>(found - toneNames.begin());
+  }
+  for (const auto& [key, name] :
+       {std::pair{"ocio_display", &finish.ocioDisplay}, {"ocio_view", &finish.ocioView}})
+    if (const auto entry = output.find(key)) {
+      if (finish.tone != Tone::ocio) throw mismatch(*entry, "no such key without tone = \"ocio\"");
+      *name = asText(*entry);
+    }
+  if (const auto background = output.find("background")) finish.background = asBackground(*background);
+  return finish;
+}
+
 Output asOutput(const Entry& entry) {
-  const Section section(entry, {"size", "path", "png", "aov"});
+  const Section section(
+      entry, {"size", "path", "png", "aov", "background", "tone", "ocio_display", "ocio_view", "video"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
@@ -180,11 +221,17 @@ Output asOutput(const Entry& entry) {
   const bool plain = output.path.find('\0') == std::string::npos;
   if (run < 1 || run > 16 || !together || !plain || !output.path.ends_with(".exr"))
     throw mismatch(path, "a name such as \"frame.####.exr\"");
-  // A script that somebody else has written must not choose where on the disk it writes.
-  const std::filesystem::path place = std::filesystem::path(output.path).lexically_normal();
-  if (place.is_absolute() || *place.begin() == "..")
-    throw mismatch(path, "a name inside the folder of --output");
+  requireInside(path, output.path);
 
+  output.finish = asFinish(section);
+  if (const auto video = section.find("video")) {
+    output.video = asText(*video);
+    const std::string name = std::filesystem::path(output.video).filename();
+    const bool isNamed = name.size() > 4 && (name.ends_with(".mp4") || name.ends_with(".mov"));
+    if (!isNamed || output.video.find('\0') != std::string::npos)
+      throw mismatch(*video, "a name such as \"film.mp4\" or \"film.mov\"");
+    requireInside(*video, output.video);
+  }
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
   if (const auto aov = section.find("aov"))
     for (const Entry& name : asArray(*aov, "an array of names")) {
@@ -198,11 +245,15 @@ Output asOutput(const Entry& entry) {
   return output;
 }
 
-CameraMotion asCamera(const Entry& entry) {
-  const Section section(entry, {"position", "look_at", "up", "fov_deg", "from", "orbit"});
+Section cameraSection(const Entry& entry) {
+  return {entry, {"position", "look_at", "up", "fov_deg", "from", "orbit", "exposure"}};
+}
+
+CameraMotion asCamera(const Section& section) {
   const auto from = section.find("from"), orbit = section.find("orbit");
   if (from) {
-    if (section.size() > 1) throw mismatch(*from, "no other key beside it");
+    if (section.size() > 1 + section.find("exposure").has_value())
+      throw mismatch(*from, "no other key than exposure beside it");
     return NamedCamera{asText(*from)};
   }
   const warp::Track3 up = trackOr(section, "up", yUp);
@@ -332,7 +383,11 @@ Script asScriptOfFrames(const Section& section) {
 
 Script asScript(const Section& section) {
   Script script = asScriptOfFrames(section);
-  if (const auto camera = section.find("camera")) script.camera = asCamera(*camera);
+  if (const auto entry = section.find("camera")) {
+    const Section camera = cameraSection(*entry);
+    script.camera = asCamera(camera);
+    if (const auto exposure = camera.find("exposure")) script.exposure = asTrack(*exposure);
+  }
   script.lights = asList(section.find("light"), lightKinds());
   script.warps = asWarps(section.find("warp"));
   return script;

@@ -7,6 +7,7 @@
 #include "render/scene/script_fields.h"
 #include "srf/weights/environment_map.h"
 #include "srf/weights/fades.h"
+#include "surfel/math/rgb.h"
 #include "warp/motion.h"
 
 #include <array>
@@ -32,10 +33,33 @@ struct Frames {
   int count() const { return last - first + 1; }
 };
 
+// Curve from the light of a frame to that of a screen; both are 1 at white.
+enum class Tone {
+  none,   // clipped at white
+  filmic, // rolls off towards white [Hable 2010]
+  ocio    // a view of the OpenColorIO configuration that $OCIO names
+};
+inline constexpr std::array<std::string_view, 3> toneNames = {"none", "filmic", "ocio"};
+
+// What lies behind the object: nothing, a colour as displayed in 0..1, or a picture (resolved against the
+// script's folder).
+using Background = std::variant<std::monostate, Rgb, std::filesystem::path>;
+
+// How PNG and video show a frame. The EXR knows nothing of it.
+struct Finish {
+  Tone tone = Tone::none;
+  std::string ocioDisplay, ocioView; // empty: those that the configuration prefers
+  Background background;
+
+  friend bool operator==(const Finish&, const Finish&) = default;
+};
+
 struct Output {
   int width = 0, height = 0; // 1..16384
   std::string path;          // as written: "frame.####.exr"; see framePath in scene.h
   bool png = false;
+  std::string video; // as written: "film.mp4" or "film.mov"; empty: none
+  Finish finish;
   std::vector<std::string> aov; // each one of aovNames, none twice
 };
 inline constexpr std::array<std::string_view, 8> aovNames = {
@@ -107,6 +131,7 @@ struct Script {
   std::optional<Frames> frames;
   std::optional<Output> output;
   std::optional<CameraMotion> camera;
+  std::optional<warp::Track> exposure; // of the camera, in stops; see exposureAt in scene.h
   std::vector<LightMotion> lights;
   std::vector<warp::WarpMotion> warps; // in the order in which they act
 };

@@ -144,6 +144,8 @@ Error noneOf(const Entry& entry, const Keys& names) {
   return mismatch(entry, "one of " + listed(names) + (text ? didYouMean(text->get(), names) : ""));
 }
 
+bool isText(const Entry& entry) { return nodeOf(entry).is_string(); }
+
 std::string asText(const Entry& entry) {
   const auto* text = nodeOf(entry).as_string();
   if (!text || text->get().empty()) throw mismatch(entry, "a string that is not empty");

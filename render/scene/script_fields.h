@@ -156,6 +156,7 @@ Error mismatch(const Entry& entry, std::string_view expected);
 // Mismatch with an entry that should be one of the names; suggests the nearest.
 Error noneOf(const Entry& entry, const Keys& names);
 
+bool isText(const Entry& entry);
 // Throw Error at the entry where it is something else.
 std::string asText(const Entry& entry); // not empty
 std::filesystem::path asPath(const Entry& entry);

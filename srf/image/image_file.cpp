@@ -25,9 +25,11 @@ std::string lowerExtension(const std::filesystem::path& path) {
   return extension;
 }
 
+} // namespace
+
 // Loads the module from lib/ beside the program's bin/, else from the build folder, else from where it is
 // installed.
-ReadForeign* loadForeignReader() {
+void* foreignDoor(const char* symbol) {
   constexpr const char* module = "libsurflect_foreign.so";
   std::error_code ignored;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", ignored);
@@ -38,13 +40,17 @@ ReadForeign* loadForeignReader() {
     if (!std::filesystem::exists(place, ignored)) continue;
     // Never unloaded: its libraries are many, and not all of them survive unloading.
     void* library = ::dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
-    void* door = library ? ::dlsym(library, readForeignSymbol) : nullptr;
+    void* door = library ? ::dlsym(library, symbol) : nullptr;
     if (!door) throw Error(std::string("cannot load (") + ::dlerror() + ")").in(place);
-    return reinterpret_cast<ReadForeign*>(door);
+    return door;
   }
-  throw Error("cannot read this format: the module is missing (rebuild, or convert to .exr or .png)")
+  throw Error(
+      "is missing: it reads all pictures but .exr, .png and .hdr, and OpenColorIO; rebuild, or convert "
+      "to .exr or .png")
       .in(places[0]);
 }
+
+namespace {
 
 // Formats of photographs whose readers have been tested with damaged files (tests/fuzz). Other readers of
 // OpenImageIO trust sizes in damaged headers, or search them without end.
@@ -65,7 +71,7 @@ Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent exte
                           "'" + path.extension().string() + "'")
         .in(path);
   ::close(openForReading(path)); // throws with the reason
-  static ReadForeign* const readForeign = loadForeignReader();
+  static auto* const readForeign = reinterpret_cast<ReadForeign*>(foreignDoor(readForeignSymbol));
   ForeignPicture picture;
   std::string problem;
   if (!readForeign(path.c_str(), extent, picture, problem))

@@ -52,6 +52,8 @@ public:
 
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+  // File that becomes the target; another program may write it instead.
+  const std::filesystem::path& temporary() const { return temporary_; }
   void commit();
   static void commit(std::span<const std::unique_ptr<AtomicFile>> files);
 

@@ -338,7 +338,7 @@ class Documented(TestInFolder):
         (folder / "arm.glb").write_bytes(rig)
         shutil.copy(folder / "cage.obj", folder / "doll.obj")
         count = 0
-        for page in ("script.md", "lightstage.md", "import.md"):
+        for page in ("script.md", "film.md", "lightstage.md", "import.md"):
             first = None
             for block in toml_blocks((ROOT / "docs" / page).read_text()):
                 count += 1

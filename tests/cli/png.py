@@ -5,7 +5,7 @@ import zlib
 
 
 def read_png(path):
-    """Pixels of an 8-bit picture: (r, g, b, a) of RGBA, (gray,) of gray."""
+    """Pixels of an 8-bit picture: (r, g, b, a) of RGBA, (r, g, b) of RGB, (gray,) of gray."""
     data, at, packed = path.read_bytes(), 8, b""
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at:at + 8])
@@ -15,9 +15,9 @@ def read_png(path):
         elif kind == b"IDAT":
             packed += chunk
         at += 12 + length
-    if (depth, color) not in ((8, 0), (8, 6)):
-        raise AssertionError(f"{path} is neither 8-bit RGBA nor gray")
-    channels = 4 if color == 6 else 1
+    if depth != 8 or color not in (0, 2, 6):
+        raise AssertionError(f"{path} is neither 8-bit RGBA, RGB nor gray")
+    channels = {0: 1, 2: 3, 6: 4}[color]
     rows, stride = zlib.decompress(packed), channels * width
     above, pixels = bytearray(stride), []
     for y in range(height):

@@ -143,7 +143,8 @@ class Render(TestInFolder):
                               (("--frames", "2"), r"rendered 1 frame \(\d+\.\d per second\) to F/"),
                               (("--resume",), "rendered no frames to F/: 3 were up to date")):
             result = run("render", self.script, "-o", frames, *options)
-            self.assertRegex(result.stderr, f"^{line.replace('F', str(frames))}\n$")
+            exposed = "" if "--resume" in options else r"PNG and video are exposed by [+-]\d+\.\d{3} stops, .*\n"
+            self.assertRegex(result.stderr, f"^{exposed}{line.replace('F', str(frames))}\n$")
         (frames / "frame.01.png").unlink()
         self.assertIn("; 2 were up to date\n", run("render", self.script, "-o", frames, "--resume").stderr)
 

@@ -14,6 +14,7 @@ import time
 import unittest
 
 import exr
+import png
 from support import ROOT, SCRIPT, TestInFolder, run, succeed
 from viewer import Viewer, error_of, shot_of
 
@@ -71,6 +72,19 @@ class View(TestInFolder):
         report = succeed("render", script, "-o", self.folder / "again", *words[5:])
         self.assertEqual(exr.read_exr(picture), exr.read_exr(pathlib.Path(report["frames"][0]["file"])))
         self.assertIn("# A small shot", script.read_text())
+
+    def test_what_the_script_says_of_exposure_tone_and_background_is_shown(self):
+        doc = json.loads(json.dumps(self.start["doc"]))
+        doc["camera"]["exposure"] = "2 - frame"
+        doc["output"].update(tone="filmic", background=[0.2, 0.3, 0.4], png=True)
+        page = {"exposure": 3, "white": 0.5, "background": [1, 0, 0]}
+        self.assertEqual(json.loads(self.frame(doc=doc, **page)[2]["X-Picture"])["white"], 1)
+        self.assertEqual(self.frame(doc=doc, **page)[1], self.frame(doc=doc)[1])
+        answer = self.viewer.ask("/snapshot", shot_of(self.start, doc=doc, **page))
+        _, preview, script = map(lambda name: self.folder / name, answer["files"])
+        succeed("render", script, "-o", self.folder / "finished", "--frames", "2")
+        self.assertEqual(png.read_png(preview), png.read_png(self.folder / "finished/frame.02.png"))
+        self.assertEqual(png.read_png(preview)[0], (51, 77, 102))
 
     def test_a_probed_pixel_is_that_of_the_file(self):
         doc = {**self.start["doc"], "output": {**self.start["doc"]["output"], "aov": []}}

@@ -3,6 +3,7 @@
 import { nearestCaptured, poseOfModel } from "./camera.js";
 import { byId, fillSelect, setPressed } from "./dom.js";
 import { fieldsOf } from "./field.js";
+import { exposed } from "./finish.js";
 import { cameraOfPose } from "./request.js";
 import { cameraFields, orbitFields, orbitOuterFields } from "./schema.js";
 import { isKeys, withKey } from "./tracks.js";
@@ -96,7 +97,7 @@ export class CameraPanel {
     const isNamed = captured !== null && this.canName(captured);
     const camera = isNamed ? { from: captured.name } : tidyPose(scene.pose());
     store.edit((doc) => {
-      doc.camera = camera;
+      doc.camera = exposed(camera, store);
     });
     store.setView({ camera: { kind: "shot" } }, undefined, "camera");
     this.app.say(
@@ -117,12 +118,13 @@ export class CameraPanel {
     store.edit((doc) => {
       const keyed = (track, value) => withKey(isKeys(track) ? track : undefined, frame, value);
       const was = replaces ? {} : old;
-      doc.camera = {
+      const camera = {
         position: pose.position.map((x, i) => keyed(was.position?.[i], x)),
         look_at: pose.look_at.map((x, i) => keyed(was.look_at?.[i], x)),
         up: was.up?.some?.(isKeys) ? pose.up.map((x, i) => keyed(was.up[i], x)) : pose.up,
         fov_deg: keyed(was.fov_deg, pose.fov_deg),
       };
+      doc.camera = exposed(camera, store);
     });
     store.setView({ camera: { kind: "shot" } }, undefined, "camera");
     this.app.say(

@@ -1,6 +1,7 @@
 // The keys of the page, and the dialog that lists them.
 
 import { byId, el } from "./dom.js";
+import { finishOf, setFinish } from "./finish.js";
 
 const step = 1 / 36; // of the picture's height, as a drag: 5 degrees
 
@@ -9,6 +10,8 @@ function table(app) {
   const { camera, timeline, film, compare, store } = app;
   const move = (dx, dy) => (event) =>
     app.moveCamera(event.shiftKey ? "pan" : "turn", dx, dy, event.timeStamp);
+  const stepExposure = (stops) =>
+    setFinish(store, "exposure", Math.max(-8, Math.min(8, finishOf(store, "exposure") + stops)));
   return [
     [["arrowleft"], "turn the camera to the left (Shift shifts)", move(step, 0)],
     [["arrowright"], "turn to the right", move(-step, 0)],
@@ -33,12 +36,12 @@ function table(app) {
     [["x"], "show the error to the photograph", () => compare.showError()],
     [["r"], "enlarge the rig", () => app.rig.toggleSize()],
     [["p"], "show or hide the panel", () => app.togglePanel()],
-    [["0"], "exposure 0", () => store.setView({ exposure: 0 })],
-    [[","], "half a stop darker", () => store.setView({ exposure: Math.max(-8, store.view.exposure - 0.5) })],
+    [["0"], "exposure 0", () => setFinish(store, "exposure", 0)],
+    [[","], "half a stop darker", () => stepExposure(-0.5)],
     [
       ["."],
       "half a stop brighter",
-      () => store.setView({ exposure: Math.min(8, store.view.exposure + 0.5) }),
+      () => stepExposure(0.5),
     ],
     [["ctrl+z"], "undo", () => app.undo()],
     [["ctrl+y", "ctrl+shift+z"], "redo", () => app.redo()],

@@ -5,6 +5,7 @@ import { dollied, flown, looked, orbited, panned, poseOfModel } from "./camera.j
 import { ComparePanel } from "./compare.js";
 import { byId, fillSelect, openSection, setPressed } from "./dom.js";
 import { Film } from "./film.js";
+import { finishOf } from "./finish.js";
 import { checksum, decode, difference, readFragment, writeFragment } from "./fragment.js";
 import { Hands } from "./hands.js";
 import { Keys } from "./keys.js";
@@ -111,7 +112,7 @@ class App {
     });
     this.keys = new Keys(this);
     this.stage = new Stage({
-      background: () => this.store.view.background,
+      background: () => finishOf(this.store, "background"),
       shape: () => pictureShape(this.store, this.scene.lens(), this.stagePixels()),
       resized: () => {
         this.probe.unmark();

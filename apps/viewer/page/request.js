@@ -1,5 +1,7 @@
 // Composes the requests for pictures from the page's state.
 
+import { exposed, finishOf } from "./finish.js";
+
 // Places of the items that are sent: all but muted ones, and only those on solo if any is.
 export function sentPlaces(flags) {
   const solo = flags.some((flag) => flag.solo);
@@ -29,8 +31,8 @@ export const cameraOfPose = ({ position, look_at, up, fov_deg }) => ({ position,
 
 // The camera that a picture is seen through.
 export function sentCamera({ doc, view }, pose) {
-  if (view.camera.kind === "captured") return { from: view.camera.name };
-  return view.camera.kind === "free" || !doc.camera ? cameraOfPose(pose) : doc.camera;
+  if (view.camera.kind === "captured") return exposed({ from: view.camera.name }, { doc });
+  return view.camera.kind === "free" || !doc.camera ? exposed(cameraOfPose(pose), { doc }) : doc.camera;
 }
 
 // Width over height of the picture; `lens` is the captured camera whose shape it must have, or null.
@@ -151,8 +153,8 @@ export function frameRequest({
     overlay: view.overlay,
     exposure: view.exposure,
     white: view[whiteOf(view, show)],
-    tone: view.tone,
-    background: view.background,
+    tone: finishOf(store, "tone"),
+    background: finishOf(store, "background"),
   };
   if (ofPhotograph.includes(show) && view.light) body.light = view.light;
   return body;

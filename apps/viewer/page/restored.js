@@ -79,8 +79,20 @@ function isItem(item, part, served) {
 }
 
 const isCamera = (x) =>
-  isOf({ from: isAbsentOr(isText), orbit: isAbsentOr(isOfFields(orbitFields)) })(x) &&
+  isOf({
+    from: isAbsentOr(isText),
+    orbit: isAbsentOr(isOfFields(orbitFields)),
+    exposure: isAbsentOr(isTrack),
+  })(x) &&
   isOfFields(x.orbit ? orbitOuterFields : cameraFields)(x);
+
+// Whether an edited [output] is that of the script, but for the tone and the colour behind it.
+function isOutput(output, served) {
+  if (!isObject(output) || !isObject(served)) return false;
+  const isSame = (key) => JSON.stringify(output[key]) === JSON.stringify(served[key]);
+  const free = { tone: isOneOf("none", "filmic"), background: isThree(isNumber(0, 1)) };
+  return Object.keys({ ...served, ...output }).every((key) => isSame(key) || (free[key]?.(output[key]) ?? false));
+}
 
 // The part of an edited script that does not fit; null if all of it does.
 function misfitOfDoc(doc, served) {
@@ -102,7 +114,8 @@ function misfitOfDoc(doc, served) {
   )
     return "frames";
   if (!isServed("camera") && !isCamera(doc.camera)) return "camera";
-  const known = ["light", "warp", "frames", "camera"];
+  if (!isServed("output") && !isOutput(doc.output, served.output)) return "output";
+  const known = ["light", "warp", "frames", "camera", "output"];
   return Object.keys({ ...served, ...doc }).find((key) => !known.includes(key) && !isServed(key)) ?? null;
 }
 

@@ -2,6 +2,7 @@
 
 import { nearestCaptured } from "./camera.js";
 import { byId, checkBox, fillSelect } from "./dom.js";
+import { finishOf, isScripted, setFinish, whyFixed } from "./finish.js";
 import { sentPlaces, shownLayer } from "./request.js";
 import { drawHistogram, histogramOf, smallPixels } from "./histogram.js";
 
@@ -36,12 +37,16 @@ export class ViewPanel {
         byId(id).addEventListener(type, (event) => store.setView(change(event.target), event.timeStamp));
     byId("show").addEventListener("change", (event) => this.show(event.target.value));
     set("photograph-light", "change", (node) => ({ light: node.value }));
-    set("exposure", "input", (node) => ({ exposure: node.valueAsNumber }));
-    set("tone", "change", (node) => ({ tone: node.value }));
-    set("background", "input", (node) => ({
-      background: [1, 3, 5].map((i) => parseInt(node.value.slice(i, i + 2), 16) / 255),
-    }));
-    byId("exposure").addEventListener("dblclick", () => store.setView({ exposure: 0 }));
+    const finish = (id, type, read) =>
+      byId(id).addEventListener(type, (event) => setFinish(store, id, read(event.target), event.timeStamp));
+    finish("exposure", "input", (node) => node.valueAsNumber);
+    finish("tone", "change", (node) => node.value);
+    finish("background", "input", (node) =>
+      [1, 3, 5].map((i) => Number((parseInt(node.value.slice(i, i + 2), 16) / 255).toFixed(4))),
+    );
+    for (const id of ["exposure", "background"])
+      byId(id).addEventListener("change", () => store.endGesture());
+    byId("exposure").addEventListener("dblclick", () => setFinish(store, "exposure", 0));
     byId("auto-white").addEventListener("click", () => store.setView({ white: null, photographWhite: null }));
     this.overlay = checkBox("outline of the mesh", false, (on) => store.setView({ overlay: on }), {
       id: "overlay",
@@ -88,8 +93,8 @@ export class ViewPanel {
   // Says once, when a picture becomes too bright or too dark, what helps.
   advise(show) {
     const { n, high, low, light } = this.histogram,
-      { flags, view } = this.app.store,
-      { exposure } = view;
+      { flags } = this.app.store,
+      exposure = finishOf(this.app.store, "exposure");
     const isUnlit = low === 1 || (this.app.model().relights && !sentPlaces(flags.light).length);
     const isOff = show !== "color" || n < 100 || isUnlit;
     const found = isOff ? "" : high > 0.2 ? "white" : light < 0.001 ? "dark" : "";
@@ -98,7 +103,11 @@ export class ViewPanel {
     if (!found) this.advised = "";
     if (!found || !this.app.status.isFree()) return;
     this.advised = found;
-    const means = (found === "white" ? exposure > 0 : exposure < 0) ? "exposure 0 or Auto white" : "Auto white";
+    const means = isScripted(this.app.store, "exposure")
+      ? "the script's exposure"
+      : (found === "white" ? exposure > 0 : exposure < 0)
+        ? "exposure 0 or Auto white"
+        : "Auto white";
     this.advice = `${found === "white" ? "Much of the picture is white" : "The picture is dark"}: ${means} adapts it.`;
     this.app.say(this.advice);
   }
@@ -132,9 +141,16 @@ export class ViewPanel {
     fillSelect(byId("photograph-light"), lights, view.light ?? "");
     byId("overlay-row").hidden = model.method !== "capture";
     this.overlay.box.checked = view.overlay;
-    byId("exposure").value = view.exposure;
-    byId("exposure-value").textContent = `${view.exposure > 0 ? "+" : ""}${view.exposure.toFixed(1)}`;
-    byId("tone").value = view.tone;
-    byId("background").value = hex(view.background);
+    const exposure = finishOf(store, "exposure");
+    byId("exposure").value = exposure;
+    byId("exposure-value").textContent = `${exposure > 0 ? "+" : ""}${exposure.toFixed(1)}`;
+    byId("tone").value = finishOf(store, "tone");
+    byId("background").value = hex(finishOf(store, "background"));
+    for (const key of ["exposure", "tone", "background"]) {
+      const why = whyFixed(store, key);
+      byId(key).disabled = why !== "";
+      byId(key).title = why || (isScripted(store, key) ? "Of the script" : "");
+    }
+    byId("auto-white").disabled = isScripted(store, "exposure");
   }
 }

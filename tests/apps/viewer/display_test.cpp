@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <random>
 
 namespace surflect::viewer {
 namespace {
@@ -19,56 +18,9 @@ image::Image colors(std::initializer_list<std::array<float, 4>> pixels) {
 }
 
 std::array<int, 3> pixelOf(const DisplayPicture& picture, size_t i) {
-  return {picture.rgb[3 * i], picture.rgb[3 * i + 1], picture.rgb[3 * i + 2]};
+  return {picture.bytes[3 * i], picture.bytes[3 * i + 1], picture.bytes[3 * i + 2]};
 }
 using Bytes = std::array<int, 3>;
-
-TEST(Display, WhiteIsTheGivenRadianceAndChannelsKeepTheirOrder) {
-  const DisplayPicture shown = shownColor(
-      colors({{0, 0, 0, 1}, {2, 2, 2, 1}, {2, 0, 0, 1}, {0, 2, 0, 1}, {9, 9, 9, 1}}), {.white = 2});
-  EXPECT_EQ(pixelOf(shown, 0), (Bytes{0, 0, 0}));
-  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 255, 255}));
-  EXPECT_EQ(pixelOf(shown, 2), (Bytes{255, 0, 0}));
-  EXPECT_EQ(pixelOf(shown, 3), (Bytes{0, 255, 0}));
-  EXPECT_EQ(pixelOf(shown, 4), (Bytes{255, 255, 255}));
-}
-
-TEST(Display, AStopDoublesRadiance) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> unit(0, 1);
-  image::Image one(32, 1, 4), two(32, 1, 4);
-  for (size_t i = 0; i < one.values.size(); ++i) {
-    one.values[i] = i % 4 == 3 ? 1 : unit(random);
-    two.values[i] = i % 4 == 3 ? 1 : 2 * one.values[i];
-  }
-  for (const Tone tone : {Tone::none, Tone::filmic})
-    EXPECT_EQ(shownColor(one, {.exposureStops = 1, .white = 3, .tone = tone}).rgb,
-              shownColor(two, {.white = 3, .tone = tone}).rgb);
-}
-
-TEST(Display, TransparencyShowsTheBackgroundInLinearLight) {
-  const Rgb background{1, 0, 0.5f};
-  const DisplayPicture shown = shownColor(colors({{0, 0, 0, 0}, {0.5f, 0.5f, 0.5f, 0.5f}, {0, 0, 0, 0.5f}}),
-                                          {.background = background});
-  EXPECT_EQ(pixelOf(shown, 0), (Bytes{255, 0, 128}));
-  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 188, 204})); // half of white, half of the background
-  EXPECT_EQ(pixelOf(shown, 2)[0], 188);
-}
-
-TEST(Display, APreviewOverABackgroundIsTheColorItWasMadeOf) {
-  image::Image preview(3, 1, 4); // straight alpha, as displayed
-  preview.values = {1, 0, 0.5f, 1, 1, 1, 1, 0.5f, 0, 0, 0, 0};
-  const DisplayPicture shown = overBackground(preview, {1, 0, 0.5f});
-  EXPECT_EQ(pixelOf(shown, 0), (Bytes{255, 0, 128}));
-  EXPECT_EQ(pixelOf(shown, 1), (Bytes{255, 188, 204}));
-  EXPECT_EQ(pixelOf(shown, 2), (Bytes{255, 0, 128}));
-}
-
-TEST(Display, TheFilmicCurveRisesFromBlackToWhite) {
-  EXPECT_EQ(toned(0, Tone::filmic), 0);
-  EXPECT_EQ(toned(5.6f, Tone::filmic), 1);
-  for (float x = 0; x < 8; x += 0.01f) EXPECT_LT(toned(x, Tone::filmic), toned(x + 0.01f, Tone::filmic));
-}
 
 method::FrameLayers layersOf(const std::string& aov, int channels, std::vector<float> values) {
   method::FrameLayers layers;
@@ -117,7 +69,7 @@ TEST(Display, AnErrorOfAQuarterOfWhiteIsLightest) {
 }
 
 TEST(Display, JpegKeepsFlatColors) {
-  DisplayPicture picture{64, 48, std::vector<uint8_t>(3 * 64 * 48, 200)};
+  DisplayPicture picture{64, 48, std::vector<uint8_t>(3 * 64 * 48, 200), 3};
   for (const JpegQuality quality : {JpegQuality::moving, JpegQuality::still}) {
     const std::string bytes = jpegBytes(picture, quality);
     EXPECT_TRUE(bytes.starts_with("\xff\xd8"));

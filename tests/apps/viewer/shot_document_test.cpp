@@ -37,6 +37,13 @@ TEST(ShotDocument, NamesNoFileButThoseOfTheTextAndTheList) {
   EXPECT_NE(with({{"type", "environment"}, {"image", "studio.exr"}}).find("studio.exr"), std::string::npos);
   for (const char* const file : {"other.exr", "./studio.exr", "../studio.exr", "/etc/passwd", ""})
     EXPECT_THROW(with({{"type", "environment"}, {"image", file}}), Error) << file;
+  Json behind = document.values();
+  for (const Json& background : {Json("transparent"), Json({0, 0, 1})}) {
+    behind["output"]["background"] = background;
+    EXPECT_NO_THROW(document.edited(behind)) << background;
+  }
+  behind["output"]["background"] = "/etc/passwd.png";
+  EXPECT_THROW(document.edited(behind), Error);
   Json values = document.values();
   values["object"] = {{{"model", "b.srf"}}};
   EXPECT_THROW(document.edited(values), Error);

@@ -15,6 +15,7 @@ namespace surflect::film {
 namespace {
 
 constexpr int kFrames = 12; // more than share a commit
+const DisplayOptions kShown{.white = 2, .isTransparent = true};
 
 class WrittenFilm : public ::testing::Test {
 protected:
@@ -26,7 +27,7 @@ protected:
   std::filesystem::path picture(int frame) const { return folder / (std::to_string(frame) + ".exr"); }
   std::filesystem::path preview(int frame) const { return folder / (std::to_string(frame) + ".png"); }
   void write(FilmWriter& writer, int frame) const {
-    writer.write({picture(frame), {{"surflect.frame", std::to_string(frame)}}, preview(frame), 0.5},
+    writer.write({picture(frame), {{"surflect.frame", std::to_string(frame)}}, preview(frame), kShown},
                  film(frame));
   }
   std::map<std::string, std::string> content() const {
@@ -93,7 +94,7 @@ TEST_F(SharedCommit, HasNothingOfAFrameThatFailsAndAllOfThoseBeforeIt) {
   for (const int frame : {0, 1}) {
     EXPECT_EQ(left.at(std::to_string(frame) + ".exr"),
               frameBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
-    EXPECT_EQ(left.at(std::to_string(frame) + ".png"), previewBytes(film(frame).color, 0.5));
+    EXPECT_EQ(left.at(std::to_string(frame) + ".png"), pngBytes(shownColor(film(frame).color, kShown)));
   }
 }
 
@@ -111,7 +112,7 @@ TEST_F(SharedCommit, ThatStopsInBetweenHasNoPictureWithoutItsPreview) {
 TEST_F(WrittenFilm, ItsFilesAreTheSameFromEitherThread) {
   for (int frame = 0; frame < kFrames; ++frame) {
     writeFileAtomically(picture(frame), frameBytes(film(frame), {{"surflect.frame", std::to_string(frame)}}));
-    writeFileAtomically(preview(frame), previewBytes(film(frame).color, 0.5));
+    writeFileAtomically(preview(frame), pngBytes(shownColor(film(frame).color, kShown)));
   }
   const auto expected = content();
   for (const auto thread : {FilmWriter::Thread::own, FilmWriter::Thread::callers}) {

@@ -1,8 +1,6 @@
 #include "render/film/frame_file.h"
 
-#include "srf/image/color.h"
 #include "srf/image/exr.h"
-#include "srf/image/png.h"
 #include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 
@@ -69,42 +67,6 @@ TEST(FrameLayers, SameFilmSameBytes) {
   writeFrame(folder / "a.exr", randomFilm(), {{"surflect.frame", "7"}});
   writeFrame(folder / "b.exr", randomFilm(), {{"surflect.frame", "7"}});
   EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));
-}
-
-TEST(Preview, ShowsExposedColoursWithStraightAlpha) {
-  const image::TemporaryFolder folder;
-  image::Image color(40, 25, 4);
-  const image::Image straight = image::randomImage(40, 25, 3, 0, 3, 7),
-                     alpha = image::randomImage(40, 25, 1, 0.02f, 1, 8);
-  for (size_t i = 0; i < alpha.values.size(); ++i) {
-    for (size_t c = 0; c < 3; ++c) color.values[4 * i + c] = alpha.values[i] * straight.values[3 * i + c];
-    color.values[4 * i + 3] = alpha.values[i];
-  }
-  color.at(5, 5)[3] = 0; // colour without alpha stays finite
-  const float exposure = 0.5f;
-  writePreview(folder / "preview.png", color, exposure);
-  const image::PngPicture png = image::readPng(folder / "preview.png");
-  ASSERT_EQ(png.image.channels, 4);
-  EXPECT_EQ(png.bitDepth, 8);
-  constexpr float step = 0.5001f / 255;
-  for (size_t i = 0; i < alpha.values.size(); ++i) {
-    EXPECT_NEAR(png.image.values[4 * i + 3], color.values[4 * i + 3], step);
-    if (color.values[4 * i + 3] == 0) continue;
-    for (size_t c = 0; c < 3; ++c)
-      EXPECT_NEAR(png.image.values[4 * i + c],
-                  image::srgbFromLinear(std::min(1.f, exposure * straight.values[3 * i + c])), step);
-  }
-}
-
-TEST(Preview, AnInfinitePixelIsWhiteAndNoNumberIsBlack) {
-  const image::TemporaryFolder folder;
-  constexpr float infinite = std::numeric_limits<float>::infinity();
-  image::Image color(2, 1, 4);
-  color.values = {infinite, -infinite, std::numeric_limits<float>::quiet_NaN(), 1, infinite, infinite,
-                  0,        0.6f};
-  writePreview(folder / "preview.png", color, 0.5);
-  const std::vector<float> values = image::readPng(folder / "preview.png").image.values;
-  EXPECT_EQ(values, (std::vector<float>{1, 0, 0, 1, 1, 1, 0, 0.6f}));
 }
 
 TEST(WhiteOf, IsThe995thPercentileOfTheObject) {

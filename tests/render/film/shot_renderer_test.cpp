@@ -76,6 +76,30 @@ TEST_F(ShotOfSphere, TheBrightestOfFiveFramesIsWhiteInThePreviews) {
   EXPECT_EQ(rendererOf(shot).previewExposure(), 1 / white) << "whatever was rendered before";
 }
 
+TEST_F(ShotOfSphere, AStopOfExposureDoublesColoursAndTheirErrorsExactly) {
+  const std::vector<std::string> aovs = {"predicted_error", "stretch", "camera_blend"};
+  const scene::Script moves = script(placed + "\nexposure = \"frame - 10\"");
+  for (const int frame : {7, 10, 11}) {
+    const method::FrameLayers without = rendererOf(script(placed)).render(frame, 1, aovs),
+                              with = rendererOf(moves).render(frame, 1, aovs);
+    const float factor = std::ldexp(1.f, frame - 10);
+    for (size_t i = 0; i < with.color.values.size(); ++i)
+      ASSERT_EQ(with.color.values[i], (i % 4 == 3 ? 1 : factor) * without.color.values[i]);
+    for (size_t i = 0; i < with.color.values.size() / 4; ++i)
+      ASSERT_EQ(with.aovs.at("predicted_error").values[i],
+                factor * without.aovs.at("predicted_error").values[i]);
+    EXPECT_EQ(with.aovs.at("stretch").values, without.aovs.at("stretch").values);
+    EXPECT_EQ(with.aovs.at("camera_blend").values, without.aovs.at("camera_blend").values);
+  }
+  EXPECT_EQ(rendererOf(moves).previewExposure(), 1);
+}
+
+TEST_F(ShotOfSphere, AnExposureBeyondThirtyStopsIsToldWithItsPlace) {
+  const scene::Script bright = script(placed + "\nexposure = \"10*frame\"");
+  EXPECT_EQ(image::errorOf([&] { rendererOf(bright).render(4, 1); }),
+            "shots/shot.toml: camera.exposure: found 40, expected stops in -30..30");
+}
+
 TEST_F(ShotOfSphere, WhereNothingShinesPreviewsAreAsTheyAre) {
   const scene::Script dark = script(placed, "[40, 40]", "0");
   EXPECT_EQ(rendererOf(dark).previewExposure(), 1);

@@ -170,6 +170,46 @@ TEST(Script, FramesStayInsideTheOutputFolder) {
   EXPECT_EQ(parse(replaced(example, "frame.####.exr", "a/frame.##.exr")).output->path, "a/frame.##.exr");
 }
 
+TEST(Script, AFinishIsReadFromItsKeys) {
+  const auto outputOf = [](const std::string& lines) {
+    return *parse("[output]\nsize = [4, 3]\npath = \"#.exr\"\n" + lines).output;
+  };
+  EXPECT_EQ(outputOf("").finish, Finish());
+  EXPECT_EQ(outputOf("background = \"transparent\"\ntone = \"none\"").finish, Finish());
+  EXPECT_EQ(std::get<Rgb>(outputOf("background = [0, 0.5, 1]").finish.background), (Rgb{0, 0.5f, 1}));
+  EXPECT_EQ(std::get<std::filesystem::path>(outputOf("background = \"sky.JPG\"").finish.background),
+            "shots/sky.JPG");
+  EXPECT_EQ(outputOf("tone = \"filmic\"").finish.tone, Tone::filmic);
+  const Finish ocio =
+      outputOf("tone = \"ocio\"\nocio_display = \"sRGB\"\nocio_view = \"Film\"").finish;
+  EXPECT_EQ(ocio.tone, Tone::ocio);
+  EXPECT_EQ(ocio.ocioDisplay + ' ' + ocio.ocioView, "sRGB Film");
+  EXPECT_EQ(outputOf("video = \"all/film.mov\"").video, "all/film.mov");
+}
+
+TEST(Script, WhatIsNoFinishIsToldWithWhatWasExpected) {
+  const auto told = [](const std::string& line) {
+    return complaint("[output]\nsize = [4, 3]\npath = \"#.exr\"\n" + line);
+  };
+  for (const char* const color : {"[0, 1]", "[0, 0, 2]", "[0, 0, \"a\"]", "1", "\"sky.txt\"", "\"\""})
+    EXPECT_NE(told(std::string("background = ") + color), "no complaint") << color;
+  EXPECT_EQ(told("background = 1"),
+            "shots/shot.toml: output.background: found 1 on line 4, expected \"transparent\", a colour [red, green, "
+            "blue] of numbers in 0..1, or a picture's file");
+  EXPECT_EQ(told("tone = \"filmc\""), "shots/shot.toml: output.tone: found \"filmc\" on line 4, expected one of none, "
+                                      "filmic, ocio; did you mean filmic?");
+  EXPECT_EQ(told("ocio_view = \"Film\""),
+            "shots/shot.toml: output.ocio_view: found \"Film\" on line 4, expected no such key without tone = \"ocio\"");
+  for (const char* const name : {"film.avi", "film", ".mp4", "../film.mp4", "/film.mov", "a/../../film.mov"})
+    EXPECT_NE(told("video = \"" + std::string(name) + '"').find("output.video: found"), std::string::npos) << name;
+}
+
+TEST(Script, AnExposureMayStandBesideACapturedCamera) {
+  const Script script = parse("[camera]\nfrom = \"C01\"\nexposure = [[1, 0], [3, 2]]");
+  EXPECT_EQ(exposureAt(script, {.t = 0, .frame = 2, .s = 0}), 1);
+  EXPECT_EQ(exposureAt(parse("[camera]\nfrom = \"C01\""), {}), std::nullopt);
+}
+
 TEST(Script, SizesAndFramesAreBounded) {
   EXPECT_NE(complaint(replaced(example, "1024", "0")), "no complaint");
   EXPECT_NE(complaint(replaced(example, "1024", "16385")), "no complaint");

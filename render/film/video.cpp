@@ -1,0 +1,196 @@
+#include "render/film/video.h"
+
+#include "surfel/base/error.h"
+#include "surfel/base/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <spawn.h>
+#include <string>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+extern char** environ;
+
+namespace surflect::film {
+
+namespace {
+
+constexpr const char* kEncoder = "ffmpeg";
+
+std::vector<std::string> encoderWords(VideoFormat format, int width, int height, const std::string& rate,
+                                      const std::string& file) {
+  const bool hasAlpha = format == VideoFormat::proRes4444, isH264 = format == VideoFormat::h264;
+  std::vector<std::string> words = {kEncoder,
+                                    "-y",
+                                    "-loglevel",
+                                    "error",
+                                    "-xerror",
+                                    "-f",
+                                    "rawvideo",
+                                    "-pix_fmt",
+                                    hasAlpha ? "rgba" : "rgb24",
+                                    "-s",
+                                    fmt::format("{}x{}", width, height),
+                                    "-r",
+                                    rate,
+                                    "-i",
+                                    "-",
+                                    "-vf",
+                                    "scale=out_color_matrix=bt709:out_range=tv:flags=bicubic+accurate_rnd+"
+                                    "full_chroma_int+full_chroma_inp"};
+  const auto add = [&](std::initializer_list<const char*> more) {
+    words.insert(words.end(), more.begin(), more.end());
+  };
+  if (isH264)
+    add({"-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart"});
+  else if (hasAlpha)
+    add({"-c:v", "prores_ks", "-profile:v", "4444", "-pix_fmt", "yuva444p10le", "-alpha_bits", "16",
+         "-vendor", "apl0", "-movflags", "+write_colr"});
+  else
+    add({"-c:v", "prores_ks", "-profile:v", "hq", "-pix_fmt", "yuv422p10le", "-vendor", "apl0", "-movflags",
+         "+write_colr"});
+  add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-color_range",
+       "tv", "-f", isH264 ? "mp4" : "mov"});
+  words.push_back(file);
+  return words;
+}
+
+int even(int side) { return side + side % 2; }
+
+// The picture with its last column and row repeated up to a size.
+std::vector<uint8_t> padded(const DisplayPicture& frame, int width, int height) {
+  const auto channels = static_cast<size_t>(frame.channels);
+  std::vector<uint8_t> bytes;
+  bytes.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * channels);
+  for (int y = 0; y < height; ++y) {
+    const uint8_t* const row = &frame.bytes[static_cast<size_t>(std::min(y, frame.height - 1)) *
+                                            static_cast<size_t>(frame.width) * channels];
+    for (int x = 0; x < width; ++x) {
+      const uint8_t* const pixel = row + static_cast<size_t>(std::min(x, frame.width - 1)) * channels;
+      bytes.insert(bytes.end(), pixel, pixel + channels);
+    }
+  }
+  return bytes;
+}
+
+} // namespace
+
+bool canEncodeVideo() {
+  const char* const path = std::getenv("PATH");
+  if (!path) return false;
+  const std::string folders = path;
+  for (size_t begin = 0; begin <= folders.size();) {
+    const size_t end = std::min(folders.find(':', begin), folders.size());
+    if (::access((std::filesystem::path(folders.substr(begin, end - begin)) / kEncoder).c_str(), X_OK) == 0)
+      return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+std::string rateText(double framesPerSecond) {
+  const double whole = std::round(framesPerSecond * 1.001);
+  const bool isNtsc =
+      std::fmod(whole, 6) == 0 && std::abs(framesPerSecond - whole / 1.001) < 1e-3; // 24, 30, 60
+  return isNtsc ? fmt::format("{:.0f}/1001", 1000 * whole) : fmt::format("{}", framesPerSecond);
+}
+
+VideoFormat videoFormat(const std::filesystem::path& file, bool isTransparent) {
+  if (file.extension() != ".mov") return VideoFormat::h264;
+  return isTransparent ? VideoFormat::proRes4444 : VideoFormat::proRes422;
+}
+
+VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int width, int height,
+                         double framesPerSecond)
+    : file_(std::move(file)), format_(format), width_(width), height_(height), target_(file_) {
+  const bool isEven = format != VideoFormat::proRes4444;
+  const std::vector<std::string> words =
+      encoderWords(format, isEven ? even(width) : width, isEven ? even(height) : height,
+                   rateText(framesPerSecond), std::filesystem::absolute(target_.temporary()).string());
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  // A socket, unlike a pipe, can be written to without a signal when its other end is closed.
+  int ends[2];
+  messages_ = ::memfd_create("ffmpeg", MFD_CLOEXEC);
+  if (messages_ < 0 || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    const int problem = errno;
+    if (messages_ >= 0) ::close(messages_);
+    throw Error(fmt::format("ffmpeg cannot be started ({})", std::strerror(problem))).in(file_);
+  }
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+  ::posix_spawn_file_actions_adddup2(&actions, messages_, STDERR_FILENO);
+  // In a group of its own, so that Ctrl-C reaches this program alone, which then ends the film.
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  const int problem = ::posix_spawnp(&process_, kEncoder, &actions, &attributes, arguments.data(), environ);
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[0]);
+  socket_ = ends[1];
+  if (problem != 0) {
+    ::close(socket_);
+    ::close(messages_);
+    throw Error(fmt::format("ffmpeg cannot be started ({})", std::strerror(problem))).in(file_);
+  }
+}
+
+VideoWriter::~VideoWriter() {
+  if (socket_ >= 0) ::close(socket_);
+  if (process_ > 0) ::waitpid(process_, nullptr, 0);
+  ::close(messages_);
+}
+
+Error VideoWriter::failure(const std::string& problem) {
+  std::array<char, 200> text;
+  const ssize_t count = ::pread(messages_, text.data(), text.size(), 0);
+  std::string said(text.data(), static_cast<size_t>(std::max<ssize_t>(count, 0)));
+  std::ranges::replace(said, '\n', ' ');
+  while (said.ends_with(' ')) said.pop_back();
+  return Error(problem + (said.empty() ? "" : " (" + said + ")")).in(file_);
+}
+
+void VideoWriter::add(const DisplayPicture& frame) {
+  if (frame.width != width_ || frame.height != height_)
+    throw Error::mismatch("frames of one size, " + sizeText(width_, height_),
+                          sizeText(frame.width, frame.height))
+        .in(file_);
+  const bool isEven = format_ != VideoFormat::proRes4444;
+  const bool isPadded = isEven && (width_ % 2 != 0 || height_ % 2 != 0);
+  const std::vector<uint8_t> more =
+      isPadded ? padded(frame, even(width_), even(height_)) : std::vector<uint8_t>();
+  const std::vector<uint8_t>& bytes = isPadded ? more : frame.bytes;
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t written = ::send(socket_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      ::waitpid(std::exchange(process_, -1), nullptr, 0); // so that it has said why
+      throw failure("ffmpeg has ended before the film");
+    }
+    done += static_cast<size_t>(written);
+  }
+}
+
+void VideoWriter::finish() {
+  ::close(std::exchange(socket_, -1));
+  int status = 0;
+  ::waitpid(std::exchange(process_, -1), &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw failure("ffmpeg could not encode the film");
+  target_.commit();
+}
+
+} // namespace surflect::film
