@@ -165,7 +165,7 @@ Frames asFrames(const Entry& entry) {
 }
 
 Output asOutput(const Entry& entry) {
-  const Section section(entry, {"size", "path", "png", "aov"});
+  const Section section(entry, {"size", "path", "png", "aov", "samples"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
@@ -186,6 +186,7 @@ Output asOutput(const Entry& entry) {
     throw mismatch(path, "a name inside the folder of --output");
 
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
+  if (const auto samples = section.find("samples")) output.samples = asInteger(*samples, 1, mostSamples);
   if (const auto aov = section.find("aov"))
     for (const Entry& name : asArray(*aov, "an array of names")) {
       const std::string text = asText(name);
@@ -198,11 +199,24 @@ Output asOutput(const Entry& entry) {
   return output;
 }
 
+constexpr std::array<std::string_view, 4> posedCameraKeys = {"position", "look_at", "up", "fov_deg"};
+// Keys of the picture, which every camera may have.
+constexpr std::array<std::string_view, 3> pictureKeys = {"shutter_deg", "aperture", "focus_distance"};
+
+Section cameraSection(const Entry& entry) {
+  Keys known{"from", "orbit"};
+  known.insert(known.begin(), posedCameraKeys.begin(), posedCameraKeys.end());
+  known.insert(known.end(), pictureKeys.begin(), pictureKeys.end());
+  return {entry, known};
+}
+
 CameraMotion asCamera(const Entry& entry) {
-  const Section section(entry, {"position", "look_at", "up", "fov_deg", "from", "orbit"});
+  const Section section = cameraSection(entry);
   const auto from = section.find("from"), orbit = section.find("orbit");
   if (from) {
-    if (section.size() > 1) throw mismatch(*from, "no other key beside it");
+    for (const std::string_view key : posedCameraKeys)
+      if (section.find(key)) throw mismatch(*from, "no " + std::string(key) + " beside it");
+    if (orbit) throw mismatch(*from, "no orbit beside it");
     return NamedCamera{asText(*from)};
   }
   const warp::Track3 up = trackOr(section, "up", yUp);
@@ -216,6 +230,28 @@ CameraMotion asCamera(const Entry& entry) {
   return OrbitCamera{placeOrOrigin(path, "center"),     up,
                      asTrack(path.require("radius")),   asTrack(path.require("azimuth_deg")),
                      trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
+}
+
+CameraBlur asBlur(const Entry& camera) {
+  const Section section = cameraSection(camera);
+  CameraBlur blur{trackOr(section, "shutter_deg", 0), trackOr(section, "aperture", 0), {}};
+  if (const auto distance = section.find("focus_distance")) blur.focusDistance = asTrack(*distance);
+  return blur;
+}
+
+// The camera's `up`, as normal of a ground.
+warp::Track3 defaultNormal(const std::optional<CameraMotion>& camera) {
+  if (camera) {
+    if (const auto* posed = std::get_if<LookAtCamera>(&*camera)) return posed->up;
+    if (const auto* orbit = std::get_if<OrbitCamera>(&*camera)) return orbit->up;
+  }
+  return yUp;
+}
+
+GroundMotion asGround(const Entry& entry, const std::optional<CameraMotion>& camera) {
+  const Section section(entry, {"point", "normal", "shadow"});
+  return {asPlace(section.require("point")), trackOr(section, "normal", defaultNormal(camera)),
+          trackOr(section, "shadow", 1)};
 }
 
 template <class Value>
@@ -310,7 +346,8 @@ std::vector<PlacedModel> asObjects(const Section& root) {
 
 // Throws Error for unknown keys of the root.
 Section rootOf(const ScriptDocument& document) {
-  return {document.root(), {"model", "object", "coordinates", "frames", "output", "camera", "light", "warp"}};
+  return {document.root(),
+          {"model", "object", "coordinates", "frames", "output", "camera", "ground", "light", "warp"}};
 }
 
 Coordinates coordinatesOf(const Section& root) {
@@ -319,7 +356,7 @@ Coordinates coordinatesOf(const Section& root) {
       .value_or(Coordinates::model);
 }
 
-// A script without camera, lights and warps.
+// A script without camera, ground, lights and warps.
 Script asScriptOfFrames(const Section& section) {
   Script script;
   script.coordinates = coordinatesOf(section);
@@ -332,7 +369,11 @@ Script asScriptOfFrames(const Section& section) {
 
 Script asScript(const Section& section) {
   Script script = asScriptOfFrames(section);
-  if (const auto camera = section.find("camera")) script.camera = asCamera(*camera);
+  if (const auto camera = section.find("camera")) {
+    script.camera = asCamera(*camera);
+    script.blur = asBlur(*camera);
+  }
+  if (const auto ground = section.find("ground")) script.ground = asGround(*ground, script.camera);
   script.lights = asList(section.find("light"), lightKinds());
   script.warps = asWarps(section.find("warp"));
   return script;
