@@ -264,7 +264,8 @@ Viewer::Rendered Viewer::render(const std::string& client, const FrameRequest& r
   Rendered rendered;
   withShot(client, request, text, isOwnSize, [&](film::ShotRenderer& shot) {
     const Stopwatch drawing;
-    rendered.layers = shot.render(request.frame, 1, aovs);
+    rendered.layers =
+        request.isPreview ? shot.renderSharp(request.frame, 1, aovs) : shot.render(request.frame, 1, aovs);
     rendered.seconds = drawing.seconds();
   });
   return rendered;

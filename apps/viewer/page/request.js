@@ -17,8 +17,12 @@ function sentLights(lights, flags) {
 // The script that a picture shows: the doc with what is muted, and what the model cannot do, left out.
 export function sentDoc({ doc, flags }, model, camera) {
   const sent = { ...doc, camera };
-  if (!model.relights) delete sent.light;
-  else sent.light = sentLights(doc.light ?? [], flags.light);
+  if (!model.relights) {
+    delete sent.light;
+    delete sent.ground;
+  } else {
+    sent.light = sentLights(doc.light ?? [], flags.light);
+  }
   if (!model.deforms) delete sent.warp;
   else if (doc.warp) sent.warp = sentPlaces(flags.warp).map((i) => doc.warp[i]);
   return sent;
