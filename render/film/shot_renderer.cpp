@@ -157,6 +157,11 @@ method::FrameLayers ShotRenderer::renderSharp(int frame, double scale, const std
   return picture(frame, camera(frame, scale), aovs);
 }
 
+method::FrameLayers ShotRenderer::renderObject(int frame, double scale,
+                                               const std::vector<std::string>& aovs) {
+  return picture(frame, camera(frame, scale), aovs, false);
+}
+
 int ShotRenderer::samples(int frame) const {
   return scene::blurAt(script_, scene::shotTime(script_, frame)).isSharp() ? 1 : script_.output->samples;
 }
@@ -258,7 +263,7 @@ double ShotRenderer::previewExposure() {
     const int count = std::min(5, frames.count());
     for (int i = 0; i < count; ++i) {
       const int frame = frames.first + (frames.count() - 1) * i / std::max(1, count - 1);
-      white = std::max(white, whiteOf(picture(frame, camera(frame, 0.25), {}, false).color));
+      white = std::max(white, whiteOf(renderObject(frame, 0.25, {}).color));
     }
     exposure_ = white > 0 ? 1 / white : 1;
   }

@@ -36,6 +36,9 @@ public:
   // Renders the instant in the middle of the frame, through the middle of the lens.
   method::FrameLayers renderSharp(int frame, double scale, const std::vector<std::string>& aovs);
 
+  // Renders that instant without the ground, so that alpha is the object's.
+  method::FrameLayers renderObject(int frame, double scale, const std::vector<std::string>& aovs);
+
   // Number of pictures of which a frame is the mean; 1 if the camera does not blur it.
   int samples(int frame) const;
   // How far apart samples of the frame show a point, in pixels.

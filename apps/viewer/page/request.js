@@ -31,7 +31,12 @@ export function sentDoc({ doc, flags }, model, camera) {
 // A pose as a script's camera, with readable numbers.
 export const cameraOfPose = ({ position, look_at, up, fov_deg }) => ({ position, look_at, up, fov_deg });
 
-// The camera that a picture is seen through.
+// The keys of a script's camera that do not place it, such as its blur. A camera that is placed anew keeps them.
+const placing = ["from", "orbit", "position", "look_at", "up", "fov_deg"];
+export const unplaced = (camera) =>
+  Object.fromEntries(Object.entries(camera ?? {}).filter(([key]) => !placing.includes(key)));
+
+// The camera that a picture is seen through; only the shot's own blurs.
 export function sentCamera({ doc, view }, pose) {
   if (view.camera.kind === "captured") return { from: view.camera.name };
   return view.camera.kind === "free" || !doc.camera ? cameraOfPose(pose) : doc.camera;

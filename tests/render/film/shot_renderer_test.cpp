@@ -108,6 +108,20 @@ TEST_F(ShotOfSphere, BlurOfAStillSceneHasTheBitsOfNone) {
   }
 }
 
+TEST_F(ShotOfSphere, TheObjectAloneIsTheFrameWithoutItsGround) {
+  const std::string text =
+      "model = \"m.srf\"\n[frames]\nfirst = 1\nlast = 9\n[output]\nsize = [40, 40]\n"
+      "path = \"#.exr\"\n[camera]\nposition = [4, 1, 2]\nlook_at = [0, 0, 0]\nfov_deg = 40\n"
+      "[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nintensity = 40\n";
+  const scene::Script bare = scene::parseScript(text, "shot.toml"),
+                      onGround = scene::parseScript(text + "[ground]\npoint = [0, -1, 0]", "shot.toml");
+  ShotRenderer shot = rendererOf(onGround);
+  const method::FrameLayers expected = rendererOf(bare).render(5, 1);
+  EXPECT_EQ(shot.renderObject(5, 1, {}).color.values, expected.color.values);
+  EXPECT_NE(shot.render(5, 1).color.values, expected.color.values);
+  EXPECT_EQ(shot.previewExposure(), rendererOf(bare).previewExposure());
+}
+
 const Progress quiet;
 
 // A renderer of what a function draws.
