@@ -78,7 +78,7 @@ control::Choice FilmQuality::choose(film::ShotRenderer& shot, const scene::Frame
     chooseSeconds_ += watch.seconds();
   }
   renderer_.set(choice.setting);
-  if (keepsBudget_) renderer_.keepBudget(1e-3 * *options_.budgetMs);
+  if (keepsBudget_) renderer_.keepBudget(1e-3 * *options_.budgetMs / shot.samples(frame));
   return choice;
 }
 

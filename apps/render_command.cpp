@@ -214,6 +214,19 @@ std::string summary(size_t rendered, size_t kept, double seconds, const std::fil
                      kept > 0 ? "; " + current : "");
 }
 
+// Says that the samples of a blurred frame show apart, if they do.
+std::optional<std::string> stepsOf(const film::ShotRenderer& shot, int frame, double scale) {
+  const int samples = shot.samples(frame);
+  const film::ShotRenderer::BlurSteps steps = shot.blurSteps(frame, scale);
+  if (samples >= steps.needed) return std::nullopt;
+  std::vector<std::string> blurs;
+  for (const auto& [name, pixels] : {std::pair{"motion", steps.motion}, {"defocus", steps.defocus}})
+    if (pixels > 0) blurs.push_back(fmt::format("{} of up to {:.0f} pixels", name, pixels));
+  return fmt::format("{} by {} shows steps: {} samples have none above {} pixels ([output] samples)",
+                     fmt::join(blurs, " and "), counted(static_cast<size_t>(samples), "sample"), steps.needed,
+                     film::ShotRenderer::kSeenStep);
+}
+
 // How much of a film is to be trusted, and its worst frame.
 class FilmTrust {
 public:
@@ -406,7 +419,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     isExposed = true;
   };
   size_t kept = 0;
-  bool saidEmpty = false;
+  bool saidEmpty = false, saidSteps = false;
   FilmTrust trust;
   const Stopwatch film;
   film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
@@ -436,6 +449,10 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
       if (picture.report.remark && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
+      }
+      if (const auto steps = stepsOf(shot, frame, arguments.scale); steps && !saidSteps) {
+        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *steps));
+        saidSteps = true;
       }
       trust.add(frame, picture);
       Json entry = frameJson(picture.report);

@@ -20,9 +20,9 @@ struct Occluders {
   float clearance = 0;
 };
 
-// The finest level of at most kMostOccluders surfels.
+// The finest level of at most `most` surfels, or else the coarsest level.
 inline constexpr size_t kMostOccluders = 1 << 15;
-Occluders occludersOf(const SurfelCloud& cloud, const LevelsOfDetail& levels);
+Occluders occludersOf(const SurfelCloud& cloud, const LevelsOfDetail& levels, size_t most = kMostOccluders);
 
 // Longer half-axis of the ellipse that a unit circle becomes under tangents u and v: the largest singular
 // value of the matrix (u, v).

@@ -272,15 +272,18 @@ void Viewer::withShot(const std::string& client, const FrameRequest& request, co
 }
 
 Viewer::Rendered Viewer::render(const std::string& client, const FrameRequest& request,
-                                const std::string& text, const std::vector<std::string>& aovs,
-                                bool isOwnSize) {
+                                const std::string& text, const std::vector<std::string>& aovs, bool isOwnSize,
+                                Part part) {
   for (const std::string& aov : aovs)
     if (std::ranges::find(list_.models[request.model]->aovs, aov) == list_.models[request.model]->aovs.end())
       throw Error::mismatch("one that the model has", '"' + aov + '"').at("aov");
   Rendered rendered;
   withShot(client, request, text, isOwnSize, [&](film::ShotRenderer& shot) {
     const Stopwatch drawing;
-    rendered.layers = shot.render(request.frame, 1, aovs);
+    const bool isSharp = request.isPreview && !isOwnSize; // snapshots and films are whole
+    rendered.layers = part == Part::object ? shot.renderObject(request.frame, 1, aovs)
+                      : isSharp            ? shot.renderSharp(request.frame, 1, aovs)
+                                           : shot.render(request.frame, 1, aovs);
     rendered.seconds = drawing.seconds();
   });
   return rendered;
@@ -392,7 +395,8 @@ Json Viewer::probe(const std::string& tab, const Json& body) {
     std::vector<std::string> aovs;
     for (const char* const aov : {"depth", "normal", "rest", "position"})
       if (std::ranges::find(model.aovs, aov) != model.aovs.end()) aovs.push_back(aov);
-    probed = std::make_shared<const Probed>(Probed{state, render(tab, request, text, aovs, false)});
+    probed =
+        std::make_shared<const Probed>(Probed{state, render(tab, request, text, aovs, false, Part::object)});
     const std::lock_guard lock(mutex_);
     probed_ = probed;
   }

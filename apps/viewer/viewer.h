@@ -73,9 +73,11 @@ private:
   // Runs work with the renderer of a script's frames, at the request's size or at the script's own.
   void withShot(const std::string& client, const FrameRequest& request, const std::string& text,
                 bool isOwnSize, const std::function<void(film::ShotRenderer&)>& work);
-  // Renders the request's frame.
+  // Renders the request's frame, sharp in a preview at the request's size; or its object alone, sharp and
+  // without the ground.
+  enum class Part { frame, object };
   Rendered render(const std::string& client, const FrameRequest& request, const std::string& text,
-                  const std::vector<std::string>& aovs, bool isOwnSize);
+                  const std::vector<std::string>& aovs, bool isOwnSize, Part part = Part::frame);
   method::Setting settingOf(const FrameRequest& request, const DescribedModel& model) const;
   size_t modelAt(const Json& body) const;       // throws Malformed
   void requireModel(size_t model) const;        // throws Malformed for a capture alone

@@ -199,6 +199,57 @@ std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time
   });
 }
 
+std::optional<ShotGround> groundAt(const Script& script, const warp::ShotTime& time) {
+  if (!script.ground) return std::nullopt;
+  try {
+    const GroundMotion& ground = *script.ground;
+    const double shadow = warp::finiteAt(ground.shadow, time, "shadow");
+    if (!(shadow >= 0 && shadow <= 1)) throw Error::mismatch("0 to 1", numberText(shadow)).at("shadow");
+    return ShotGround{assume<Point3<ObjectSpace, double>>(warp::finiteAt(ground.point, time, "point")),
+                      assume<Normal3<ObjectSpace, double>>(warp::unitAt(ground.normal, time, "normal")),
+                      shadow};
+  } catch (Error& error) {
+    throw std::move(error).at("ground").in(script.path);
+  }
+}
+
+namespace {
+
+// Distance from the camera to the point that it looks at.
+std::optional<double> lookDistance(const CameraMotion& camera, const warp::ShotTime& time) {
+  if (const auto* orbit = std::get_if<OrbitCamera>(&camera))
+    return warp::finiteAt(orbit->radius, time, "orbit.radius");
+  if (const auto* posed = std::get_if<LookAtCamera>(&camera))
+    return (warp::finiteAt(posed->position, time, "position") -
+            warp::finiteAt(posed->lookAt, time, "look_at"))
+        .stableNorm();
+  return std::nullopt;
+}
+
+} // namespace
+
+ShotBlur blurAt(const Script& script, const warp::ShotTime& time) {
+  try {
+    const CameraBlur& motion = script.blur;
+    const double degrees = warp::finiteAt(motion.shutterDeg, time, "shutter_deg");
+    if (!(degrees >= 0 && degrees <= 360))
+      throw Error::mismatch("0 to 360", numberText(degrees)).at("shutter_deg");
+    ShotBlur blur{degrees / 360, warp::finiteAt(motion.aperture, time, "aperture"), {}};
+    if (!(blur.aperture >= 0)) throw Error::mismatch("0 or more", numberText(blur.aperture)).at("aperture");
+    if (blur.aperture == 0) return blur;
+    if (!motion.focusDistance) {
+      blur.focusDistance = lookDistance(*script.camera, time);
+      return blur;
+    }
+    blur.focusDistance = warp::finiteAt(*motion.focusDistance, time, "focus_distance");
+    if (!(*blur.focusDistance > 0))
+      throw Error::mismatch("more than 0", numberText(*blur.focusDistance)).at("focus_distance");
+    return blur;
+  } catch (Error& error) {
+    throw std::move(error).at("camera").in(script.path);
+  }
+}
+
 warp::WarpPointer warpAt(const Script& script, const warp::ShotTime& time) {
   return warp::chainWarp(
       each<warp::WarpPointer>(script, script.warps, "warp", [&](const warp::WarpMotion& motion) {

@@ -77,17 +77,45 @@ struct ShotEnvironment {
 };
 using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;
 
+// A plane that shows shadows alone, on the side of its normal. Where a part a of the light is kept away, the
+// picture gets black of alpha a x shadow behind the object.
+struct ShotGround {
+  Point3<ObjectSpace, double> point;
+  Normal3<ObjectSpace, double> normal; // unit
+  double shadow = 1;                   // strength, 0..1
+};
+
 // The content of one frame, for any renderer.
 struct Scene {
   const warp::Warp& warp; // of the object; must outlive the scene
   capture::Camera<ObjectSpace> camera;
   std::vector<ShotLight> lights;
+  std::optional<ShotGround> ground =
+      {}; // renderers of fixed light (Description::isBaked) throw Error for one
 };
 
 // One per light of the script; `environments` are those that readEnvironments returns for it. Throws Error
 // where a track is not finite, a direction zero or a strength negative.
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const Environment> environments = {});
+
+// The script's ground, if it has one. Throws Error where a track is not finite, the normal zero or the
+// strength outside 0..1.
+std::optional<ShotGround> groundAt(const Script& script, const warp::ShotTime& time);
+
+// Blur of a frame.
+struct ShotBlur {
+  double shutter = 0;                  // open part of a frame's duration, 0..1
+  double aperture = 0;                 // diameter of the lens
+  std::optional<double> focusDistance; // empty: not given, and neither is a point that the camera looks at
+
+  bool isSharp() const { return shutter == 0 && aperture == 0; }
+};
+
+// Blur of the script's camera. The focus is by default at the distance of the point that the camera looks at.
+// Throws Error where a track is not finite, shutter_deg is outside 0..360, aperture is negative, or
+// focus_distance is not more than 0.
+ShotBlur blurAt(const Script& script, const warp::ShotTime& time);
 
 // Same camera or light in object space. Capture and script share one world, so coordinates do not change.
 capture::Camera<ObjectSpace> inObjectSpace(const capture::Camera<AcquisitionSpace>& camera);

@@ -205,8 +205,8 @@ Finish asFinish(const Section& output) {
 }
 
 Output asOutput(const Entry& entry) {
-  const Section section(
-      entry, {"size", "path", "png", "aov", "background", "tone", "ocio_display", "ocio_view", "video"});
+  const Section section(entry, {"size", "path", "png", "aov", "samples", "background", "tone", "ocio_display",
+                                "ocio_view", "video"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
@@ -233,6 +233,7 @@ Output asOutput(const Entry& entry) {
     requireInside(*video, output.video);
   }
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
+  if (const auto samples = section.find("samples")) output.samples = asInteger(*samples, 1, mostSamples);
   if (const auto aov = section.find("aov"))
     for (const Entry& name : asArray(*aov, "an array of names")) {
       const std::string text = asText(name);
@@ -245,15 +246,23 @@ Output asOutput(const Entry& entry) {
   return output;
 }
 
+constexpr std::array<std::string_view, 4> posedCameraKeys = {"position", "look_at", "up", "fov_deg"};
+// Keys of the picture, which every camera may have.
+constexpr std::array<std::string_view, 4> pictureKeys = {"exposure", "shutter_deg", "aperture", "focus_distance"};
+
 Section cameraSection(const Entry& entry) {
-  return {entry, {"position", "look_at", "up", "fov_deg", "from", "orbit", "exposure"}};
+  Keys known{"from", "orbit"};
+  known.insert(known.begin(), posedCameraKeys.begin(), posedCameraKeys.end());
+  known.insert(known.end(), pictureKeys.begin(), pictureKeys.end());
+  return {entry, known};
 }
 
 CameraMotion asCamera(const Section& section) {
   const auto from = section.find("from"), orbit = section.find("orbit");
   if (from) {
-    if (section.size() > 1 + section.find("exposure").has_value())
-      throw mismatch(*from, "no other key than exposure beside it");
+    for (const std::string_view key : posedCameraKeys)
+      if (section.find(key)) throw mismatch(*from, "no " + std::string(key) + " beside it");
+    if (orbit) throw mismatch(*from, "no orbit beside it");
     return NamedCamera{asText(*from)};
   }
   const warp::Track3 up = trackOr(section, "up", yUp);
@@ -267,6 +276,27 @@ CameraMotion asCamera(const Section& section) {
   return OrbitCamera{placeOrOrigin(path, "center"),     up,
                      asTrack(path.require("radius")),   asTrack(path.require("azimuth_deg")),
                      trackOr(path, "elevation_deg", 0), asTrack(section.require("fov_deg"))};
+}
+
+CameraBlur asBlur(const Section& section) {
+  CameraBlur blur{trackOr(section, "shutter_deg", 0), trackOr(section, "aperture", 0), {}};
+  if (const auto distance = section.find("focus_distance")) blur.focusDistance = asTrack(*distance);
+  return blur;
+}
+
+// The camera's `up`, as normal of a ground.
+warp::Track3 defaultNormal(const std::optional<CameraMotion>& camera) {
+  if (camera) {
+    if (const auto* posed = std::get_if<LookAtCamera>(&*camera)) return posed->up;
+    if (const auto* orbit = std::get_if<OrbitCamera>(&*camera)) return orbit->up;
+  }
+  return yUp;
+}
+
+GroundMotion asGround(const Entry& entry, const std::optional<CameraMotion>& camera) {
+  const Section section(entry, {"point", "normal", "shadow"});
+  return {asPlace(section.require("point")), trackOr(section, "normal", defaultNormal(camera)),
+          trackOr(section, "shadow", 1)};
 }
 
 template <class Value>
@@ -361,7 +391,8 @@ std::vector<PlacedModel> asObjects(const Section& root) {
 
 // Throws Error for unknown keys of the root.
 Section rootOf(const ScriptDocument& document) {
-  return {document.root(), {"model", "object", "coordinates", "frames", "output", "camera", "light", "warp"}};
+  return {document.root(),
+          {"model", "object", "coordinates", "frames", "output", "camera", "ground", "light", "warp"}};
 }
 
 Coordinates coordinatesOf(const Section& root) {
@@ -370,7 +401,7 @@ Coordinates coordinatesOf(const Section& root) {
       .value_or(Coordinates::model);
 }
 
-// A script without camera, lights and warps.
+// A script without camera, ground, lights and warps.
 Script asScriptOfFrames(const Section& section) {
   Script script;
   script.coordinates = coordinatesOf(section);
@@ -386,8 +417,10 @@ Script asScript(const Section& section) {
   if (const auto entry = section.find("camera")) {
     const Section camera = cameraSection(*entry);
     script.camera = asCamera(camera);
+    script.blur = asBlur(camera);
     if (const auto exposure = camera.find("exposure")) script.exposure = asTrack(*exposure);
   }
+  if (const auto ground = section.find("ground")) script.ground = asGround(*ground, script.camera);
   script.lights = asList(section.find("light"), lightKinds());
   script.warps = asWarps(section.find("warp"));
   return script;

@@ -61,7 +61,9 @@ struct Output {
   std::string video; // as written: "film.mp4" or "film.mov"; empty: none
   Finish finish;
   std::vector<std::string> aov; // each one of aovNames, none twice
+  int samples = 16;             // pictures that a blurred frame averages; 1..mostSamples
 };
+inline constexpr int mostSamples = 1024;
 inline constexpr std::array<std::string_view, 8> aovNames = {
     "depth", "normal", "position", "rest", "camera_blend", "light_blend", "stretch", "predicted_error"};
 
@@ -81,6 +83,19 @@ struct OrbitCamera {
   warp::Track fovDeg; // vertical
 };
 using CameraMotion = std::variant<NamedCamera, LookAtCamera, OrbitCamera>;
+
+// Blur of any camera: by motion while the shutter is open, and by a thin lens.
+struct CameraBlur {
+  warp::Track shutterDeg;                   // 0..360: a full turn is a frame's duration, centred on the frame
+  warp::Track aperture;                     // diameter of the lens
+  std::optional<warp::Track> focusDistance; // of the plane in focus, along the viewing axis
+};
+
+// A plane that shows shadows alone.
+struct GroundMotion {
+  warp::Track3 point, normal; // normal: any length; lights below the plane do not count
+  warp::Track shadow = 1;     // strength, 0..1
+};
 
 // color * intensity is irradiance on a surface that faces the light.
 struct DirectionalLightMotion {
@@ -132,6 +147,8 @@ struct Script {
   std::optional<Output> output;
   std::optional<CameraMotion> camera;
   std::optional<warp::Track> exposure; // of the camera, in stops; see exposureAt in scene.h
+  CameraBlur blur;
+  std::optional<GroundMotion> ground;
   std::vector<LightMotion> lights;
   std::vector<warp::WarpMotion> warps; // in the order in which they act
 };

@@ -29,6 +29,8 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
+// Discs that cast shadows on the ground, whose edges are seen at the size of pixels.
+constexpr size_t kMostGroundOccluders = size_t{1} << 18;
 constexpr size_t kMostStates = size_t{1} << 24; // shadow states in memory at a time, 4 bytes each
 
 void beginStats(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
@@ -177,8 +179,8 @@ private:
 
 FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
                         const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, raster, occluders, levels, cut, patches, surfelsPerPatch, memory,
-         stats] = workspace;
+  auto& [cache, environments, deformed, raster, occluders, finer, groundLights, levels, cut, patches,
+         surfelsPerPatch, memory, stats] = workspace;
   const LitScene lit =
       litScene(requested, options.environmentError, field, options.shade, environments, progress);
   const bool showsLayers = isTranslucent(field, options);
@@ -276,6 +278,14 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
         options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]), progress);
   }
   if (!options.aovs.empty()) clock.finish("aov");
+  if (requested.ground && requested.ground->shadow > 0) {
+    if (!finer)
+      finer = occludersOf(field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress),
+                          kMostGroundOccluders);
+    const GroundShadow shadow(*finer, field.cloud, requested, groundLights, progress);
+    putShadowBehind(layers.color, shadow.picture(progress), requested.ground->shadow);
+    clock.finish("ground");
+  }
   return layers;
 }
 

@@ -7,6 +7,7 @@
 #include "render/scene/scene.h"
 #include "render/splat/splat_raster.h"
 #include "render/surfels/cut.h"
+#include "render/surfels/ground_shadow.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
@@ -44,7 +45,7 @@ struct FrameStats {
   size_t environments = 0;
   shading::ShadingStats shading;
   // Stages: "warp", "shadows" if they are used, "splat", "queries", "ulr" (of cameras and lights), "look-up",
-  // "develop", and "aov" if AOVs are requested.
+  // "develop", "aov" if AOVs are requested, and "ground" if the scene has one.
   std::map<std::string, double> seconds;          // per stage
   std::map<std::string, double> processorSeconds; // per stage, of all threads of the process
 };
@@ -97,7 +98,9 @@ struct FrameWorkspace {
   DeformedCloud deformed;
   splat::SplatRaster raster;
   std::optional<Occluders> occluders; // found by the first frame that needs them
-  std::optional<CutLevels> levels;    // built by the first frame that needs them
+  std::optional<Occluders> finer;     // those of the ground: at most kMostGroundOccluders
+  GroundEnvironments groundLights;
+  std::optional<CutLevels> levels; // built by the first frame that needs them
   Cut cut;
   Patches patches;            // of at most surfelsPerPatch surfels
   size_t surfelsPerPatch = 1; // no patches are needed for 1

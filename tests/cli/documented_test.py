@@ -108,6 +108,14 @@ def toml_blocks(text):
             yield block
 
 
+def with_keys_of(block, script):
+    """A script with the keys of a block's tables in its own tables of the same names, or in new ones."""
+    for header, keys in re.findall(r"^(\[{1,2}\w+\]{1,2}).*\n((?:(?!\[).*\n?)*)", block, re.MULTILINE):
+        own = header + "\n"
+        script = script.replace(own, own + keys + "\n", 1) if own in script and "[[" not in header else script + own + keys + "\n"
+    return script
+
+
 class Documented(TestInFolder):
     @classmethod
     def setUpClass(cls):
@@ -354,6 +362,12 @@ class Documented(TestInFolder):
                     found = subprocess.run([SURFLECT, "inspect", "block.toml", "--json"], cwd=folder, capture_output=True, text=True)
                     self.assertEqual(found.returncode, 0, found.stderr)
                     self.assertIn("stage" if page == "lightstage.md" else "script", json.loads(found.stdout)["file"])
+        for block in toml_blocks((ROOT / "docs" / "film.md").read_text()):
+            count += 1
+            with self.subTest(page="film.md", block=block):
+                (folder / "block.toml").write_text(with_keys_of(block, FILM.format(model="M.srf") + LIGHT))
+                found = subprocess.run([SURFLECT, "inspect", "block.toml", "--json"], cwd=folder, capture_output=True, text=True)
+                self.assertEqual(found.returncode, 0, found.stderr)
         self.assertGreater(count, 10)
 
 

@@ -3,8 +3,7 @@
 import { nearestCaptured, poseOfModel } from "./camera.js";
 import { byId, fillSelect, setPressed } from "./dom.js";
 import { fieldsOf } from "./field.js";
-import { exposed } from "./finish.js";
-import { cameraOfPose } from "./request.js";
+import { cameraOfPose, unplaced } from "./request.js";
 import { cameraFields, orbitFields, orbitOuterFields } from "./schema.js";
 import { isKeys, withKey } from "./tracks.js";
 import { tidy, tidy3 } from "./vec.js";
@@ -97,7 +96,7 @@ export class CameraPanel {
     const isNamed = captured !== null && this.canName(captured);
     const camera = isNamed ? { from: captured.name } : tidyPose(scene.pose());
     store.edit((doc) => {
-      doc.camera = exposed(camera, store);
+      doc.camera = { ...camera, ...unplaced(doc.camera) };
     });
     store.setView({ camera: { kind: "shot" } }, undefined, "camera");
     this.app.say(
@@ -123,8 +122,9 @@ export class CameraPanel {
         look_at: pose.look_at.map((x, i) => keyed(was.look_at?.[i], x)),
         up: was.up?.some?.(isKeys) ? pose.up.map((x, i) => keyed(was.up[i], x)) : pose.up,
         fov_deg: keyed(was.fov_deg, pose.fov_deg),
+        ...unplaced(old),
       };
-      doc.camera = exposed(camera, store);
+      doc.camera = camera;
     });
     store.setView({ camera: { kind: "shot" } }, undefined, "camera");
     this.app.say(

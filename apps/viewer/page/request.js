@@ -19,8 +19,12 @@ function sentLights(lights, flags) {
 // The script that a picture shows: the doc with what is muted, and what the model cannot do, left out.
 export function sentDoc({ doc, flags }, model, camera) {
   const sent = { ...doc, camera };
-  if (!model.relights) delete sent.light;
-  else sent.light = sentLights(doc.light ?? [], flags.light);
+  if (!model.relights) {
+    delete sent.light;
+    delete sent.ground;
+  } else {
+    sent.light = sentLights(doc.light ?? [], flags.light);
+  }
   if (!model.deforms) delete sent.warp;
   else if (doc.warp) sent.warp = sentPlaces(flags.warp).map((i) => doc.warp[i]);
   return sent;
@@ -29,7 +33,12 @@ export function sentDoc({ doc, flags }, model, camera) {
 // A pose as a script's camera, with readable numbers.
 export const cameraOfPose = ({ position, look_at, up, fov_deg }) => ({ position, look_at, up, fov_deg });
 
-// The camera that a picture is seen through.
+// The keys of a script's camera that do not place it, such as its blur. A camera that is placed anew keeps them.
+const placing = ["from", "orbit", "position", "look_at", "up", "fov_deg"];
+export const unplaced = (camera) =>
+  Object.fromEntries(Object.entries(camera ?? {}).filter(([key]) => !placing.includes(key)));
+
+// The camera that a picture is seen through; only the shot's own blurs.
 export function sentCamera({ doc, view }, pose) {
   if (view.camera.kind === "captured") return exposed({ from: view.camera.name }, { doc });
   return view.camera.kind === "free" || !doc.camera ? exposed(cameraOfPose(pose), { doc }) : doc.camera;

@@ -33,6 +33,8 @@ void requireBaked(const scene::Scene& scene, const capture::Capture& rig,
                   std::span<const Point3<AcquisitionSpace>> points) {
   const bool isBaked = scene.lights.empty() || (scene.lights.size() == 1 && rig.lights.size() == 1 &&
                                                 equal(scene.lights[0], scene::inObjectSpace(rig.lights[0])));
+  if (scene.ground)
+    throw Error("a light field has its light baked in: it casts no shadow on a ground").at("ground");
   if (!isBaked)
     throw Error(
         "a light field has its light baked in: the scene can have no light but that of the photographs")

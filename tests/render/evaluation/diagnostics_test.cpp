@@ -13,10 +13,12 @@ namespace surflect::evaluation {
 
 namespace {
 
-// Three pixels of the object and one beside it; their predicted errors rise from 0.
+// Three pixels of the object, one beside it and one of the ground's shadow; predicted errors rise from 0.
 TEST(Trust, CountsPixelsOfTheObjectWhosePredictedErrorIsSmall) {
-  image::Image color(4, 1, 4), error(4, 1, 1);
+  image::Image color(5, 1, 4), error(5, 1, 1);
+  color.values[4 * 4 + 3] = 0.75f; // black, without an error
   for (size_t pixel = 0; pixel < 4; ++pixel) {
+    color.values[4 * pixel] = 0.5f;
     color.values[4 * pixel + 3] = pixel == 3 ? 0.25f : 1;
     error.values[pixel] = 0.02f * static_cast<float>(pixel);
   }

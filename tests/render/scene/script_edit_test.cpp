@@ -126,6 +126,18 @@ TEST(ScriptEdit, ACameraTakesAnotherForm) {
   EXPECT_NE(text.find("# key\n[[light]]"), text.npos) << text;
 }
 
+TEST(ScriptEdit, BlurAndGroundStayBesideOtherValues) {
+  const std::string text =
+      withPiece(kShotText, "fov_deg = 30.0 ", "shutter_deg = 180 # film\nfov_deg = 30.0 ") +
+      "[ground]\npoint = [0, 0, -1] # floor\n";
+  Json values = valuesOf(text);
+  EXPECT_EQ(values["camera"]["shutter_deg"], 180);
+  values["light"][0]["intensity"] = 41;
+  values["ground"]["shadow"] = 0.5;
+  EXPECT_EQ(edited(text, values), withPiece(withPiece(text, "intensity = 40", "intensity = 41"), "# floor\n",
+                                            "# floor\nshadow = 0.5\n"));
+}
+
 TEST(ScriptEdit, LightsComeAndGo) {
   Json values = valuesOf(kShotText);
   values["light"].erase(0);

@@ -226,6 +226,67 @@ TEST(Script, AKeyThatContradictsAnotherIsAnError) {
             "no complaint");
 }
 
+TEST(Script, AnyCameraMayBlur) {
+  const std::string blur = "shutter_deg = 180\naperture = \"0.01*frame\"\n";
+  const auto blurOf = [&](const std::string& camera) {
+    const Script script =
+        parse("[output]\nsize = [8, 8]\npath = \"#.exr\"\nsamples = 5\n[camera]\n" + camera + blur);
+    EXPECT_EQ(script.output->samples, 5);
+    return blurAt(script, shotTime(script, 4));
+  };
+  for (const auto& [camera, focus] : std::vector<std::pair<std::string, std::optional<double>>>{
+           {"from = \"C1\"\n", {}},
+           {"from = \"C1\"\nfocus_distance = [[2, 2], [6, 4]]\n", 3.0},
+           {"position = [0, 3, 4]\nlook_at = [0, 0, 0]\nfov_deg = 30\n", 5.0},
+           {"position = [0, 3, 4]\nlook_at = [0, 0, 0]\nfov_deg = 30\nfocus_distance = 2\n", 2.0},
+           {"orbit = {radius = 7, azimuth_deg = 0}\nfov_deg = 30\n", 7.0}}) {
+    const ShotBlur blurred = blurOf(camera);
+    EXPECT_EQ(blurred.shutter, 0.5);
+    EXPECT_DOUBLE_EQ(blurred.aperture, 0.04);
+    EXPECT_EQ(blurred.focusDistance, focus) << camera;
+  }
+  EXPECT_TRUE(blurAt(parse(example), {}).isSharp());
+  EXPECT_EQ(parse(example).output->samples, 16);
+}
+
+TEST(Script, ABlurThatCannotBeIsToldAtItsKey) {
+  const auto complaintOfBlur = [&](const std::string& keys) {
+    const Script script = parse(replaced(example, "fov_deg = 30", "fov_deg = 30\n" + keys));
+    return complaintOf([&] { blurAt(script, shotTime(script, 4)); });
+  };
+  EXPECT_EQ(complaintOfBlur("shutter_deg = \"200*t + 400\""),
+            "shots/shot.toml: camera.shutter_deg: found 425, expected 0 to 360");
+  EXPECT_EQ(complaintOfBlur("aperture = -1"),
+            "shots/shot.toml: camera.aperture: found -1, expected 0 or more");
+  EXPECT_EQ(complaintOfBlur("aperture = 1\nfocus_distance = 0"),
+            "shots/shot.toml: camera.focus_distance: found 0, expected more than 0");
+  EXPECT_EQ(complaint("[camera]\nfrom = \"C1\"\naperure = 1"),
+            "shots/shot.toml: camera.aperure: unknown key on line 3; did you mean aperture?");
+  EXPECT_EQ(complaint("[output]\nsize = [8, 8]\npath = \"#.exr\"\nsamples = 1025"),
+            "shots/shot.toml: output.samples: found 1025 on line 4, expected an integer in 1..1024");
+}
+
+TEST(Script, AGroundFacesTheCamerasUpUnlessItHasANormal) {
+  const auto groundOf = [&](const std::string& camera, const std::string& ground) {
+    const Script script = parse("[camera]\n" + camera + "\n[ground]\n" + ground);
+    return *groundAt(script, {});
+  };
+  const std::string posed = "position = [4, 0, 0]\nlook_at = [0, 0, 0]\nfov_deg = 30\nup = [0, 0, 3]";
+  const ShotGround upright = groundOf(posed, "point = [1, 2, -3]");
+  EXPECT_EQ(upright.point.raw(), Vec3<double>(1, 2, -3));
+  EXPECT_EQ(upright.normal.raw(), Vec3<double>(0, 0, 1));
+  EXPECT_EQ(upright.shadow, 1);
+  const ShotGround tilted = groundOf(posed, "point = [0, 0, 0]\nnormal = [0, 3, 4]\nshadow = 0.5");
+  EXPECT_TRUE(tilted.normal.raw().isApprox(Vec3<double>(0, 0.6, 0.8)));
+  EXPECT_EQ(tilted.shadow, 0.5);
+  EXPECT_EQ(groundOf("from = \"C1\"", "point = [0, 0, 0]").normal.raw(), Vec3<double>(0, 1, 0));
+  EXPECT_FALSE(groundAt(parse(example), {}));
+  EXPECT_EQ(complaintOf([&] { groundOf(posed, "point = [0, 0, 0]\nshadow = 2"); }),
+            "shots/shot.toml: ground.shadow: found 2, expected 0 to 1");
+  EXPECT_EQ(complaint("[ground]\nnormal = [0, 1, 0]"),
+            "shots/shot.toml: ground.point: missing from the table on line 1");
+}
+
 TEST(Script, WarpsMayStandAlone) {
   const Script script = parse("[[warp]]\ntype = \"rigid\"\ntranslate = [1, 2, 3]\n");
   EXPECT_EQ(warpAt(script, shotTime(script, 5))->position({0, 0, 0}), Vec3<double>(1, 2, 3));
