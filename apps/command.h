@@ -55,6 +55,7 @@ void addImportCommand(CLI::App& app, CommandWork& work);
 void addRelightCommand(CLI::App& app, CommandWork& work);
 void addPackCommand(CLI::App& app, CommandWork& work);
 void addRenderCommand(CLI::App& app, CommandWork& work);
+void addExportCommand(CLI::App& app, CommandWork& work);
 void addViewCommand(CLI::App& app, CommandWork& work);
 void addDemoCommand(CLI::App& app, CommandWork& work);
 void addScriptCommand(CLI::App& app, CommandWork& work);

@@ -102,6 +102,7 @@ int main(int argc, char** argv) {
   addRelightCommand(app, work);
   addPackCommand(app, work);
   addRenderCommand(app, work);
+  addExportCommand(app, work);
   addDemoCommand(app, work);
   addScriptCommand(app, work);
   addViewCommand(app, work);

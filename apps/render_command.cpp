@@ -1,5 +1,6 @@
 #include "apps/command.h"
 #include "apps/film_quality.h"
+#include "apps/frame_range.h"
 #include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
@@ -22,7 +23,6 @@
 #include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -43,30 +43,6 @@ struct RenderArguments {
 
   bool makesVideo(const scene::Output& written) const { return !written.video.empty() && !noVideo; }
 };
-
-struct FrameRange {
-  int first, last;
-};
-
-// Parses "7" or "3-12", inside the script's frames.
-FrameRange parseRange(const std::string& text, const scene::Frames& frames) {
-  if (text.empty()) return {frames.first, frames.last};
-  const auto complain = [&] {
-    return Error::mismatch(fmt::format("A or A-B within {}-{}", frames.first, frames.last), "'" + text + "'")
-        .at("--frames");
-  };
-  const auto number = [&](std::string_view digits) {
-    int value = 0;
-    const auto [stop, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (status != std::errc() || stop != digits.data() + digits.size()) throw complain();
-    return value;
-  };
-  const size_t dash = text.find('-');
-  const FrameRange range{number(std::string_view(text).substr(0, dash)),
-                         number(dash == std::string::npos ? text : std::string_view(text).substr(dash + 1))};
-  if (range.first > range.last || range.first < frames.first || range.last > frames.last) throw complain();
-  return range;
-}
 
 Json frameJson(const method::FrameReport& frame) {
   Json json = {{"seconds", frame.seconds}};

@@ -185,6 +185,15 @@ LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, const Progress& progress
   return result;
 }
 
+size_t finestLevel(const LevelsOfDetail& levels, size_t most) {
+  std::array<size_t, kMostLevels> sizes{};
+  for (size_t i = 0; i + 1 < levels.first.size(); ++i)
+    for (size_t level = 0; level < levels.of(i).size(); ++level) ++sizes[level];
+  size_t level = 0;
+  while (level + 1 < levels.count && sizes[level] > most) ++level;
+  return level;
+}
+
 std::optional<DetailSplat> splatAt(std::span<const DetailSplat> levels, size_t l, float t) {
   if (l >= levels.size()) return std::nullopt;
   if (t == 0) return levels[l];

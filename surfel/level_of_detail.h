@@ -64,6 +64,9 @@ SurfelCloud subsetOf(const SurfelCloud& cloud, std::span<const uint32_t> indices
 // estimateSplats, except at level 0, which has the cloud's own. Throws Cancelled.
 LevelsOfDetail levelsOfDetail(const SurfelCloud& cloud, const Progress& progress = {});
 
+// The finest level with at most `most` surfels, or the coarsest one. `levels` has a level.
+size_t finestLevel(const LevelsOfDetail& levels, size_t most);
+
 // The splat of a surfel at level l + t, from its splats at its own levels; empty if it is in no level that
 // takes part. It has the mass, coverage times squared radius, and the variance of the mixture of both
 // levels' Gaussians:

@@ -4,16 +4,11 @@
 #include "surfel/math/median.h"
 
 #include <algorithm>
-#include <array>
 
 namespace surflect {
 
 Occluders occludersOf(const SurfelCloud& cloud, const LevelsOfDetail& levels, size_t most) {
-  std::array<size_t, kMostLevels + 1> sizes{}; // of levels
-  for (size_t i = 0; i < cloud.size(); ++i)
-    for (size_t level = 0; level < levels.of(i).size(); ++level) ++sizes[level];
-  size_t level = 0;
-  while (level + 1 < levels.count && sizes[level] > most) ++level;
+  const size_t level = finestLevel(levels, most);
   Occluders occluders;
   for (uint32_t i = 0; i < cloud.size(); ++i) {
     if (levels.of(i).size() <= level) continue;

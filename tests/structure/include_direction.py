@@ -42,6 +42,7 @@ BELOW = {
     "render/splat": SURFEL + ["surfel", "srf/image", "srf/capture"],
     "render/method": SCENE + ["srf/validation"],  # the contract of a method
     "render/surfels": SURFEL + SCENE + ["surfel", "srf/codec", "srf/shading", "srf/model", "render/method", "render/splat"],
+    "render/gaussians": SURFEL + SCENE + ["surfel", "srf/shading", "render/surfels"],
     "render": SCENE + ["render/method"],  # all methods, for those who open models
     "render/methods.cpp": LIGHT_FIELD + ["render", "srf/model", "render/stage", "render/surfels", "render/lightfield/slf",
                                          "render/lightfield/lumigraph", "render/lightfield/lfm", "render/lightfield/spherical",
