@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 
 // Keys whose text names a file.
-constexpr std::array<std::string_view, 5> kFileKeys = {"model", "image", "rest", "frames", "file"};
+constexpr std::array<std::string_view, 6> kFileKeys = {"model", "image", "rest", "frames", "cache", "file"};
 
 // Calls visit(file) for each text that names a file, which it may change.
 void eachFile(Json& values, const std::function<void(Json& file)>& visit) {

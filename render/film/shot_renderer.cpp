@@ -11,19 +11,6 @@ namespace surflect::film {
 
 namespace {
 
-// A captured camera on a picture of the script's size.
-capture::Camera<ObjectSpace> fitted(capture::Camera<ObjectSpace> camera, const scene::Script& script) {
-  const scene::Output& output = *script.output;
-  const capture::Lens& lens = camera.lens;
-  if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
-    throw Error::mismatch("the shape of the camera's pictures, " + sizeText(lens.width, lens.height),
-                          sizeText(output.width, output.height))
-        .at("output.size")
-        .in(script.path);
-  camera.lens = capture::resized(lens, output.width, output.height);
-  return camera;
-}
-
 capture::Lens scaled(const capture::Lens& lens, double scale) {
   const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale))); };
   return capture::resized(lens, side(lens.width), side(lens.height));
@@ -36,7 +23,9 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const metho
   std::vector<std::string_view> known;
   for (const std::span<const capture::View> views : {std::span(model.rig.views), others})
     for (const capture::View& view : views) {
-      if (view.identity == named->from) return fitted(scene::inObjectSpace(view.camera), script);
+      if (view.identity == named->from)
+        return {scene::fittedLens(view.camera.lens, script, "the camera's pictures"),
+                scene::inObjectSpace(view.camera).cameraFromWorld};
       known.push_back(view.identity);
     }
   throw Error::mismatch("a camera of " + model.folder.string() + didYouMean(named->from, known),
@@ -84,6 +73,21 @@ template <class Ask> auto ShotRenderer::withScene(int frame, double scale, const
 method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vector<std::string>& aovs) {
   return withScene(frame, scale, [&](const scene::Scene& scene) {
     return renderer_.render(scene, aovs, progress_, std::exchange(memory_, {}));
+  });
+}
+
+method::FrameLayers ShotRenderer::renderAlbedo(int frame, double scale) {
+  if (!white_) {
+    image::Image radiance(2, 1, 3);
+    std::ranges::fill(radiance.values, 1.f);
+    white_ = std::make_shared<const weights::EnvironmentMap>(
+        weights::environmentOf(radiance, weights::EnvironmentMapping::latLong, progress_));
+  }
+  return withScene(frame, scale, [&](scene::Scene scene) {
+    scene::ShotEnvironment environment;
+    environment.map = white_;
+    scene.lights = {environment};
+    return renderer_.render(scene, {}, progress_);
   });
 }
 

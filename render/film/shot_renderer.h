@@ -3,6 +3,7 @@
 
 #include "render/method/renderer.h"
 
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -29,6 +30,10 @@ public:
   method::FrameLayers render(int frame, double scale);
   // Renders a frame with these AOVs instead.
   method::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
+
+  // Renders a frame under a constant white environment of radiance 1 instead of its lights: a Lambertian
+  // surface shows its albedo.
+  method::FrameLayers renderAlbedo(int frame, double scale);
 
   // Photographs blended at a pixel of such a frame: as Renderer::blendedAt.
   method::PhotographBlend blendedAt(int frame, double scale, capture::Pixel pixel);
@@ -57,6 +62,7 @@ private:
   const std::vector<capture::View> others_;
   method::FrameLayers memory_;
   std::optional<double> exposure_;
+  std::shared_ptr<const weights::EnvironmentMap> white_; // made when it is first needed
 };
 
 } // namespace surflect::film

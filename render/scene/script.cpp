@@ -65,10 +65,25 @@ warp::HandlesMotion asHandles(const Section& section) {
 
 warp::MeshMotion asMesh(const Section& section) {
   const Entry rest = section.require("rest");
-  const auto frames = asPath(section.require("frames"));
-  const auto frame = section.find("frame");
-  return {std::make_shared<const warp::MeshSequence>(asPath(rest), frames, *rest.origin),
-          frame ? asTrack(*frame) : warp::Track::expression("frame")};
+  const auto cache = section.find("cache"), frame = section.find("frame"), time = section.find("time");
+  const auto frameTrack = [&] { return frame ? asTrack(*frame) : warp::Track::expression("frame"); };
+  if (!cache) {
+    if (time) throw mismatch(*time, "no such key without a cache in MDD");
+    const auto frames = asPath(section.require("frames"));
+    return {std::make_shared<const warp::MeshSequence>(asPath(rest), frames, *rest.origin), frameTrack()};
+  }
+  if (section.find("frames")) throw mismatch(*cache, "either frames or cache");
+  if (!rest.origin->isZero(0))
+    throw Error("point caches are single precision, too coarse for original coordinates: use frames")
+        .at(cache->field);
+  auto sequence =
+      std::make_shared<const warp::MeshSequence>(warp::MeshSequence::ofCache(asPath(rest), asPath(*cache)));
+  if (sequence->cacheFormat() == warp::PointCache::Format::pc2) {
+    if (time) throw mismatch(*time, "frame instead: a PC2 counts frames");
+    return {std::move(sequence), frameTrack()};
+  }
+  if (frame) throw mismatch(*frame, "time instead: an MDD counts seconds");
+  return {std::move(sequence), time ? asTrack(*time) : warp::Track::expression("t")};
 }
 
 warp::SkeletonMotion asSkeleton(const Section& section) {
@@ -131,7 +146,9 @@ const std::vector<Kind<warp::WarpMotion>>& warpKinds() {
        {"min", "max", "divisions", "point"},
        [](const Section& s) -> warp::WarpMotion { return asLattice(s); }},
       {"handles", {"handle", "radius"}, [](const Section& s) -> warp::WarpMotion { return asHandles(s); }},
-      {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> warp::WarpMotion { return asMesh(s); }},
+      {"mesh",
+       {"rest", "frames", "cache", "frame", "time"},
+       [](const Section& s) -> warp::WarpMotion { return asMesh(s); }},
       {"skeleton",
        {"file", "animation", "time"},
        [](const Section& s) -> warp::WarpMotion { return asSkeleton(s); }},
@@ -164,8 +181,21 @@ Frames asFrames(const Entry& entry) {
   return frames;
 }
 
+// An array of these names, none twice; empty without an entry.
+std::vector<std::string> namesAmong(const std::optional<Entry>& entry, const Keys& known) {
+  std::vector<std::string> names;
+  if (!entry) return names;
+  for (const Entry& name : asArray(*entry, "an array of names")) {
+    const std::string text = asText(name);
+    if (std::ranges::find(known, text) == known.end()) throw noneOf(name, known);
+    if (std::ranges::find(names, text) != names.end()) throw mismatch(name, "each name once");
+    names.push_back(text);
+  }
+  return names;
+}
+
 Output asOutput(const Entry& entry) {
-  const Section section(entry, {"size", "path", "png", "aov"});
+  const Section section(entry, {"size", "path", "png", "aov", "maps", "owner"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
@@ -186,24 +216,22 @@ Output asOutput(const Entry& entry) {
     throw mismatch(path, "a name inside the folder of --output");
 
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
-  if (const auto aov = section.find("aov"))
-    for (const Entry& name : asArray(*aov, "an array of names")) {
-      const std::string text = asText(name);
-      if (std::find(aovNames.begin(), aovNames.end(), text) == aovNames.end())
-        throw noneOf(name, Keys(aovNames.begin(), aovNames.end()));
-      if (std::find(output.aov.begin(), output.aov.end(), text) != output.aov.end())
-        throw mismatch(name, "each name once");
-      output.aov.push_back(text);
-    }
+  if (const auto owner = section.find("owner")) output.owner = asText(*owner);
+  output.aov = namesAmong(section.find("aov"), Keys(aovNames.begin(), aovNames.end()));
+  output.maps = namesAmong(section.find("maps"), Keys(mapNames.begin(), mapNames.end()));
   return output;
 }
 
 CameraMotion asCamera(const Entry& entry) {
-  const Section section(entry, {"position", "look_at", "up", "fov_deg", "from", "orbit"});
-  const auto from = section.find("from"), orbit = section.find("orbit");
+  const Section section(entry, {"position", "look_at", "up", "fov_deg", "from", "orbit", "file"});
+  const auto from = section.find("from"), orbit = section.find("orbit"), file = section.find("file");
   if (from) {
     if (section.size() > 1) throw mismatch(*from, "no other key beside it");
     return NamedCamera{asText(*from)};
+  }
+  if (file) {
+    if (section.size() > 1) throw mismatch(*file, "no other key beside it");
+    return FileCamera{std::make_shared<const CameraPath>(asPath(*file), *file->origin)};
   }
   const warp::Track3 up = trackOr(section, "up", yUp);
   if (!orbit)
@@ -358,11 +386,14 @@ Script parseScript(std::string_view text, const std::filesystem::path& path, con
     Script script = asScript(root);
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
+    const auto addFiles = [&](uint64_t files) {
+      const std::array both = {script.hash, files};
+      script.hash = contentHash(std::as_bytes(std::span(both)));
+    };
     for (const warp::WarpMotion& warp : script.warps)
-      if (const uint64_t files = warp::filesHash(warp)) {
-        const std::array both = {script.hash, files};
-        script.hash = contentHash(std::as_bytes(std::span(both)));
-      }
+      if (const uint64_t files = warp::filesHash(warp)) addFiles(files);
+    if (const auto* file = script.camera ? std::get_if<FileCamera>(&*script.camera) : nullptr)
+      addFiles(file->path->contentHash());
     return script;
   } catch (Error& error) {
     throw std::move(error).in(path);
