@@ -79,7 +79,8 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
     status = kFailed;
   }
   if (status != 0) say("surflect: " + report["error"].get<std::string>());
-  if (json && !writeReport(report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n")) {
+  const bool isEnded = event("end", {{"status", status}, {"report", report}});
+  if (!isEnded || (json && !writeReport(report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"))) {
     say(std::string("surflect: standard output: cannot write the report (") + std::strerror(errno) + ")");
     status = kFailed;
   }
@@ -110,11 +111,13 @@ int main(int argc, char** argv) {
   addChartCommand(app, work);
   addVerifyCommand(app, work);
   addInspectCommand(app, work);
-  bool json = false;
+  bool json = false, jsonLines = false;
   const size_t processors = std::max(1u, std::thread::hardware_concurrency());
   size_t threads = processors;
   for (CLI::App* command : app.get_subcommands({})) {
-    command->add_flag("--json", json, "one machine-readable report on stdout");
+    CLI::Option* whole = command->add_flag("--json", json, "one machine-readable report on stdout");
+    command->add_flag("--json-lines", jsonLines, "events and progress as lines of JSON on stdout")
+        ->excludes(whole);
     command->add_option("--threads", threads, "how many threads to use")->check(CLI::Range(1, 1024));
   }
 
@@ -134,5 +137,7 @@ int main(int argc, char** argv) {
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   watchSignals();
+  if (jsonLines) printJsonLines();
+  event("start", {{"command", app.get_subcommands().front()->get_name()}, {"version", kVersion}});
   return run(work, threads > 1 ? static_cast<int>(std::min(threads, processors)) : 0, json);
 }

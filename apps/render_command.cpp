@@ -1,11 +1,14 @@
 #include "apps/command.h"
+#include "apps/display_client.h"
 #include "apps/film_quality.h"
 #include "apps/frame_range.h"
 #include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
 #include "render/film/film_writer.h"
+#include "render/film/maps.h"
 #include "render/film/shot_renderer.h"
+#include "render/film/standard_attributes.h"
 #include "render/film/video.h"
 #include "render/scene/turntable.h"
 #include "srf/image/exr.h"
@@ -40,6 +43,7 @@ struct RenderArguments {
   double scale = 1;
   int every = 1;
   bool resume = false, noVideo = false;
+  std::string display; // address of an image viewer; empty: none
 
   bool makesVideo(const scene::Output& written) const { return !written.video.empty() && !noVideo; }
 };
@@ -102,10 +106,25 @@ std::string describe(const capture::Camera<ObjectSpace>& camera) {
 
 std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
 
-// Whether a whole frame is there that was rendered so, with its preview if one is asked for. Reads all
-// pixels, since a file may have been cut short after its header. Under a budget of time any setting will do:
-// the frame's identity begins with `identity` and ends with it.
-bool isRendered(const std::filesystem::path& path, bool hasPreview, const std::string& identity,
+// "frame.0001.normal.png" beside "frame.0001.exr"
+std::filesystem::path mapPath(std::filesystem::path picture, const std::string& map) {
+  return picture.replace_extension('.' + map + ".png");
+}
+
+// All files of a frame, its picture last.
+std::vector<std::filesystem::path> frameFiles(const scene::Output& output,
+                                              const std::filesystem::path& picture) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& map : output.maps) files.push_back(mapPath(picture, map));
+  if (output.png) files.push_back(previewPath(picture));
+  files.push_back(picture);
+  return files;
+}
+
+// Whether a whole frame is there that was rendered so, with its preview and maps if they are asked for. Reads
+// all pixels, since a file may have been cut short after its header. Under a budget of time any setting will
+// do: the frame's identity begins with `identity` and ends with it.
+bool isRendered(const std::filesystem::path& path, const scene::Output& output, const std::string& identity,
                 bool anySetting) {
   if (!std::filesystem::exists(path)) return false;
   try {
@@ -115,9 +134,12 @@ bool isRendered(const std::filesystem::path& path, bool hasPreview, const std::s
     std::vector<image::ChannelSet> all;
     for (const std::string& channel : file.channels()) all.push_back({channel});
     file.read(all);
-    if (!hasPreview) return true;
-    const image::Image preview = image::readPng(previewPath(path)).image;
-    return preview.width == file.width() && preview.height == file.height();
+    std::vector<std::filesystem::path> others = frameFiles(output, path);
+    others.pop_back();
+    return std::ranges::all_of(others, [&](const std::filesystem::path& other) {
+      const image::Image image = image::readPng(other).image;
+      return image.width == file.width() && image.height == file.height();
+    });
   } catch (const Error&) {
     return false;
   }
@@ -131,8 +153,7 @@ std::set<std::filesystem::path> writableFolders(const scene::Output& output, con
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     const auto path = scene::framePath(output, arguments.output, frame);
     folders.insert(path.parent_path());
-    requireReplaceable(path);
-    if (output.png) requireReplaceable(previewPath(path));
+    for (const auto& file : frameFiles(output, path)) requireReplaceable(file);
   }
   if (arguments.makesVideo(output)) {
     const auto path = std::filesystem::path(arguments.output) / output.video;
@@ -148,7 +169,8 @@ void removeLitter(const scene::Script& script, const RenderArguments& arguments)
   std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
   for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
     const auto path = scene::framePath(*script.output, arguments.output, frame);
-    for (const auto& target : {path, previewPath(path)})
+    targets[path.parent_path()].insert(previewPath(path).filename().string());
+    for (const auto& target : frameFiles(*script.output, path))
       targets[path.parent_path()].insert(target.filename().string());
   }
   if (!script.output->video.empty()) {
@@ -361,6 +383,88 @@ std::filesystem::path writeVideo(const scene::Script& script, const RenderArgume
   return file;
 }
 
+// Throws Error for a map that frames of the model cannot give.
+void requireMaps(const scene::Script& script, const method::Description& model) {
+  for (const std::string& map : script.output->maps) {
+    const auto refuse = [&](const std::string& why) {
+      throw Error::mismatch("another map: " + why, '"' + map + '"').at("output.maps").in(script.path);
+    };
+    const std::string layer = map == "normal" ? "normal" : "depth";
+    if (map == "albedo") {
+      if (model.isBaked) refuse("a model of photographs under fixed light has no albedo");
+    } else if (std::ranges::find(model.aovs, layer) == model.aovs.end()) {
+      refuse(fmt::format("frames of {} have no {}", model.method, layer));
+    }
+  }
+}
+
+// Renders the layers that maps are made of, and makes the maps. They show the object sharp and without the
+// ground's shadow: a frame with either has layers of its own for them.
+class MapMaker {
+public:
+  MapMaker(const scene::Script& script, const method::Description& model)
+      : asked_(script.output->aov), maps_(script.output->maps), hasGround_(script.ground), rendered_(asked_) {
+    range_.middle = assume<Point3<ObjectSpace, double>>(model.middle.raw());
+    double radius = 0;
+    for (const auto& point : model.points)
+      radius = std::max(radius, (point.raw().cast<double>() - model.middle.raw()).norm());
+    range_.radius = std::max(radius, 1e-9);
+    addLayer("normal", "normal");
+    addLayer("height", "depth");
+  }
+
+  // Layers to render with the frame.
+  const std::vector<std::string>& aovs(const film::ShotRenderer& shot, int frame) const {
+    return showsObject(shot, frame) ? rendered_ : asked_;
+  }
+
+  // Leaves only those layers in the frame that are asked for.
+  std::vector<film::MapFile> make(film::ShotRenderer& shot, int frame, double scale,
+                                  const std::filesystem::path& picture, method::FrameLayers& layers) const {
+    std::vector<film::MapFile> files;
+    const auto add = [&](const method::FrameLayers& object) {
+      for (const std::string& map : maps_)
+        files.push_back({mapPath(picture, map), made(map, shot, frame, scale, object)});
+    };
+    if (maps_.empty()) return files;
+    if (showsObject(shot, frame))
+      add(layers);
+    else
+      add(shot.renderObject(frame, scale, rendered_));
+    std::erase_if(layers.aovs,
+                  [&](const auto& layer) { return std::ranges::find(asked_, layer.first) == asked_.end(); });
+    return files;
+  }
+
+  void report(Json& report) const {
+    if (std::ranges::find(maps_, "height") != maps_.end())
+      report["height"] = {{"black", -range_.radius}, {"white", range_.radius}};
+  }
+
+private:
+  // Whether the frame is of the object alone, and sharp.
+  bool showsObject(const film::ShotRenderer& shot, int frame) const {
+    return !hasGround_ && shot.samples(frame) == 1;
+  }
+  void addLayer(const char* map, const char* layer) {
+    if (std::ranges::find(maps_, map) != maps_.end() &&
+        std::ranges::find(rendered_, layer) == rendered_.end())
+      rendered_.push_back(layer);
+  }
+  image::PngSamples made(const std::string& map, film::ShotRenderer& shot, int frame, double scale,
+                         const method::FrameLayers& layers) const {
+    if (map == "albedo") return film::albedoMap(shot.renderAlbedo(frame, scale).color);
+    const capture::Camera<ObjectSpace> camera = shot.camera(frame, scale);
+    return map == "normal" ? film::normalMap(layers.color, layers.aovs.at("normal"), camera)
+                           : film::heightMap(layers.color, layers.aovs.at("depth"), range_, camera);
+  }
+
+  const std::vector<std::string> asked_, maps_;
+  const bool hasGround_;
+  std::vector<std::string> rendered_; // AOVs
+  film::HeightRange range_;
+};
+
 Json runRender(const RenderArguments& arguments, const Progress& progress) {
   OpenFilm openFilm = opened(arguments, progress);
   const auto& [renderer, script, range, folders, finish] = openFilm;
@@ -369,6 +473,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
                       *renderer);
   scene::requireShot(script);
   requireAovs(script, model);
+  requireMaps(script, model);
   film::ShotRenderer shot(script, *renderer, progress);
   for (const scene::Environment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);
@@ -397,6 +502,18 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   size_t kept = 0;
   bool saidEmpty = false, saidSteps = false;
   FilmTrust trust;
+  const MapMaker maps(script, model);
+  maps.report(report);
+  std::optional<DisplayClient> viewer;
+  if (!arguments.display.empty())
+    viewer.emplace(displayAddress(arguments.display), script.path.filename().string(),
+                    [](const std::string& line) { say(line); });
+  event("film", {{"first", range.first},
+                 {"last", range.last},
+                 {"every", arguments.every},
+                 {"size",
+                  {shot.camera(range.first, arguments.scale).lens.width,
+                   shot.camera(range.first, arguments.scale).lens.height}}});
   const Stopwatch film;
   film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
                           progress);
@@ -405,23 +522,28 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
       progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
       const auto path = scene::framePath(*script.output, arguments.output, frame);
       if (arguments.resume &&
-          isRendered(path, script.output->png, identity, arguments.quality.budgetMs.has_value())) {
+          isRendered(path, *script.output, identity, arguments.quality.budgetMs.has_value())) {
         ++kept;
+        event("frame", {{"frame", frame}, {"file", path.string()}, {"kept", true}});
         continue;
       }
-      film::FrameFiles files{path, {}, {}, {}};
+      film::FrameFiles files{.picture = path};
       const control::Choice choice = quality.choose(shot, *script.frames, frame, arguments.scale);
-      files.attributes = {{"surflect.version", kVersion},
-                          {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
-                          {"surflect.script", hex(script.hash)},
-                          {"surflect.camera", describe(shot.camera(frame, arguments.scale))},
-                          {"surflect.frame", std::to_string(frame)}};
+      const capture::Camera<ObjectSpace> camera = shot.camera(frame, arguments.scale);
+      files.attributes = film::standardAttributes(camera, script, frame);
+      files.attributes.merge(
+          image::ExrAttributes{{"surflect.version", kVersion},
+                               {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
+                               {"surflect.script", hex(script.hash)},
+                               {"surflect.camera", describe(camera)},
+                               {"surflect.frame", std::to_string(frame)}});
       const auto stops = scene::exposureAt(script, scene::shotTime(script, frame));
       if (stops) files.attributes["surflect.exposure"] = fmt::format("{}", *stops);
       if (!choice.setting.empty()) files.attributes["surflect.setting"] = method::textOf(choice.setting);
       const Stopwatch watch;
       shot.reuse(writer.spare());
-      method::FrameLayers picture = shot.render(frame, arguments.scale);
+      method::FrameLayers picture = shot.render(frame, arguments.scale, maps.aovs(shot, frame));
+      if (viewer) viewer->show(picture.color);
       if (picture.report.remark && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
@@ -430,6 +552,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *steps));
         saidSteps = true;
       }
+      files.maps = maps.make(shot, frame, arguments.scale, path, picture);
       trust.add(frame, picture);
       Json entry = frameJson(picture.report);
       entry["frame"] = frame;
@@ -441,7 +564,11 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         if (!isExposed) expose();
         files.display = display;
       }
+      for (const film::MapFile& map : files.maps) entry["maps"].push_back(map.path.string());
       quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
+      files.written = [frame, path, rendering = watch.seconds()](double writing) {
+        event("frame", {{"frame", frame}, {"file", path.string()}, {"seconds", rendering + writing}});
+      };
       report["frames"].push_back(std::move(entry));
       writer.write(std::move(files), std::move(picture));
     }
@@ -450,6 +577,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     throw;
   }
   const std::vector<double> writing = writer.finish();
+  viewer.reset(); // waits for the last frame to be shown
   addSeconds(report, writing, film.seconds());
   quality.report(report);
   progress("render", 1);
@@ -505,6 +633,18 @@ void addRenderCommand(CLI::App& app, CommandWork& work) {
   command->add_flag("--resume", arguments->resume,
                     "keep frames that this script and model have rendered before");
   command->add_flag("--no-video", arguments->noVideo, "frames alone, without the script's output.video");
+  command
+      ->add_option("--display", arguments->display,
+                   "HOST:PORT of the image viewer tev, which shows frames while they are rendered; default "
+                   "port: 14158")
+      ->check([](const std::string& text) {
+        try {
+          displayAddress(text);
+          return std::string();
+        } catch (const Error& error) {
+          return std::string(error.what());
+        }
+      });
   addQualityOptions(*command, arguments->quality);
   addSimd(*command);
   arguments->options.add(*command, MethodOptions::Kind::render, [arguments] {

@@ -1,13 +1,16 @@
 #include "apps/terminal.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <unistd.h>
 
@@ -16,6 +19,7 @@ namespace surflect {
 namespace {
 
 volatile std::sig_atomic_t interruptedBy = 0; // a signal
+std::atomic<bool> jsonLines = false;
 
 void interrupt(int signal) {
   interruptedBy = signal;
@@ -35,14 +39,17 @@ struct Line {
   Clock::time_point begin; // of the stage
   double first = 0;        // fraction at which the stage was first heard of: some begin with what is there
 
-  // "views  40 %, 1 min 5 s left"
-  std::string textOf(std::string_view now, double fraction) {
+  // Takes note of a report; returns the seconds that the stage will still take, once that can be told.
+  std::optional<double> secondsLeft(std::string_view now, double fraction) {
     if (now != stage || fraction < first) stage = now, begin = Clock::now(), first = fraction;
     const double elapsed = std::chrono::duration<double>(Clock::now() - begin).count();
-    std::string text = fmt::format("{} {:3.0f} %", stage, 100 * fraction);
-    if (elapsed > 1 && fraction > first && fraction < 1)
-      text += ", " + timeText(elapsed * (1 - fraction) / (fraction - first)) + " left";
-    return text;
+    if (!(elapsed > 1 && fraction > first && fraction < 1)) return std::nullopt;
+    return elapsed * (1 - fraction) / (fraction - first);
+  }
+
+  // "views  40 %, 1 min 5 s left"
+  std::string textOf(double fraction, std::optional<double> left) const {
+    return fmt::format("{} {:3.0f} %{}", stage, 100 * fraction, left ? ", " + timeText(*left) + " left" : "");
   }
 
   static std::string timeText(double seconds) {
@@ -52,6 +59,23 @@ struct Line {
     return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
   }
 };
+
+// Adds events of each report that begins or ends a stage, and of one in a tenth of a second.
+void addProgressLines(Progress& progress) {
+  auto line = std::make_shared<Line>();
+  progress.report = [line, shown = progress.report](std::string_view stage, double fraction) {
+    shown(stage, fraction);
+    const std::lock_guard lock(line->mutex);
+    const bool isNew = stage != line->stage;
+    const auto left = line->secondsLeft(stage, fraction);
+    const auto now = Clock::now();
+    if (!isNew && fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
+    line->last = now;
+    nlohmann::ordered_json fields = {{"stage", stage}, {"fraction", fraction}};
+    if (left) fields["seconds_left"] = *left;
+    event("progress", fields);
+  };
+}
 
 } // namespace
 
@@ -72,7 +96,7 @@ Progress terminalProgress() {
       const std::lock_guard lock(line->mutex);
       const auto now = Clock::now();
       const bool isNew = stage != line->stage; // shown at once, as the next report may come late
-      const std::string text = line->textOf(stage, fraction);
+      const std::string text = line->textOf(fraction, line->secondsLeft(stage, fraction));
       if (!isNew && fraction < 1 && now - line->last < std::chrono::milliseconds(100)) return;
       line->last = now;
       fmt::print(stderr, "\r\033[K{}{}", text, fraction < 1 ? "" : "\r\033[K");
@@ -82,13 +106,27 @@ Progress terminalProgress() {
     line->last = Clock::now();
     progress.report = [line](std::string_view stage, double fraction) {
       const std::lock_guard lock(line->mutex);
-      const std::string text = line->textOf(stage, fraction);
+      const std::string text = line->textOf(fraction, line->secondsLeft(stage, fraction));
       if (Clock::now() - line->last < std::chrono::seconds(10)) return;
       line->last = Clock::now();
       say(text);
     };
   }
+  if (jsonLines) addProgressLines(progress);
   return progress;
+}
+
+void printJsonLines() { jsonLines = true; }
+
+bool event(std::string_view name, const nlohmann::ordered_json& fields) {
+  using Json = nlohmann::ordered_json;
+  if (!jsonLines) return true;
+  static std::mutex mutex; // whole lines, one after the other
+  Json line = {{"event", name}};
+  line.update(fields);
+  const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  const std::lock_guard lock(mutex);
+  return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
 void say(std::string_view line) {

@@ -3,6 +3,8 @@
 
 #include "surfel/base/time.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <string_view>
 
 namespace surflect {
@@ -19,5 +21,11 @@ Progress terminalProgress();
 
 // Prints a permanent line for people, on stderr.
 void say(std::string_view line);
+
+// Makes progress and events also lines of JSON on stdout, each flushed (docs/exports.md); off at first.
+void printJsonLines();
+// Prints {"event": name, ...fields} as a line, if they are on. From any thread. Returns false if stdout
+// cannot be written to.
+bool event(std::string_view name, const nlohmann::ordered_json& fields);
 
 } // namespace surflect

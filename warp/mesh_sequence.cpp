@@ -4,7 +4,9 @@
 #include "surfel/base/file.h"
 
 #include <algorithm>
-#include <optional>
+#include <array>
+#include <map>
+#include <utility>
 
 namespace surflect::warp {
 
@@ -77,6 +79,45 @@ MeshField fieldOf(const TriangleMesh& rest, const std::filesystem::path& path) {
   }
 }
 
+uint64_t fileHash(const std::filesystem::path& path) { return surflect::contentHash(readFile(path)); }
+
+// Largest distance of points from those at rest.
+template <class Turn>
+double distanceFrom(const std::vector<Vec3<double>>& rest, const std::vector<Vec3<double>>& points,
+                    const Turn& turn) {
+  double most = 0;
+  for (size_t i = 0; i < rest.size(); ++i) most = std::max(most, (turn(points[i]) - rest[i]).norm());
+  return most;
+}
+
+// Throws Error if the points are those at rest with other axes: exporters exchange y and z, or turn z up to y
+// up. Points in another pose pass.
+void requireAxesOf(const std::vector<Vec3<double>>& rest, const std::vector<Vec3<double>>& points) {
+  constexpr double kSame = 1e-4; // of the size of the mesh
+  Eigen::AlignedBox3d box;
+  for (const Vec3<double>& x : rest) box.extend(x);
+  const double tolerance = kSame * box.diagonal().norm();
+  using Turn = Vec3<double> (*)(const Vec3<double>&);
+  constexpr std::array<std::pair<Turn, const char*>, 3> turns{{{[](const Vec3<double>& x) -> Vec3<double> {
+                                                                  return {x[0], -x[2], x[1]};
+                                                                },
+                                                                "(x, z, -y), y up"},
+                                                               {[](const Vec3<double>& x) -> Vec3<double> {
+                                                                  return {x[0], x[2], -x[1]};
+                                                                },
+                                                                "(x, -z, y)"},
+                                                               {[](const Vec3<double>& x) -> Vec3<double> {
+                                                                  return {x[0], x[2], x[1]};
+                                                                },
+                                                                "(x, z, y)"}}};
+  if (distanceFrom(rest, points, [](const Vec3<double>& x) { return x; }) <= tolerance) return;
+  for (const auto& [turn, name] : turns)
+    if (distanceFrom(rest, points, turn) <= tolerance)
+      throw Error::mismatch("the rest mesh's axes, (x, y, z): export without a change of axes",
+                            "its points as " + std::string(name))
+          .at("sample[0]");
+}
+
 void checkTopology(const TriangleMesh& mesh, const TriangleMesh& rest) {
   const auto check = [](size_t found, size_t expected, const char* field) {
     if (found != expected)
@@ -92,24 +133,35 @@ void checkTopology(const TriangleMesh& mesh, const TriangleMesh& rest) {
 
 } // namespace
 
+MeshSequence::MeshSequence(const std::filesystem::path& rest, const Vec3<double>& origin)
+    : origin_(origin), rest_(readMeshAsStored(rest, {Faces::asFans, origin})),
+      field_(fieldOf(readMeshAsStored(rest, {.origin = origin}), rest)) {}
+
 MeshSequence::MeshSequence(const std::filesystem::path& rest, const std::filesystem::path& frames,
                            const Vec3<double>& origin)
-    : origin_(origin), rest_(readMeshAsStored(rest, {Faces::asFans, origin})),
-      field_(fieldOf(readMeshAsStored(rest, {.origin = origin}), rest)), keys_(keysOf(frames)) {
-  const auto hashOf = [](const std::filesystem::path& path) {
-    const std::string content = readFile(path);
-    return surflect::contentHash(std::as_bytes(std::span(content)));
-  };
-  std::string hashes = hex(hashOf(rest));
-  for (const auto& [key, path] : keys_) {
-    positionsAt(key); // throws before the first frame
-    hashes += ' ' + std::to_string(key) + ' ' + hex(hashOf(path));
+    : MeshSequence(rest, origin) {
+  std::string hashes = hex(fileHash(rest));
+  for (const auto& [key, path] : keysOf(frames)) {
+    times_.push_back(key);
+    files_.push_back(path);
+    positionsAt(files_.size() - 1); // throws before the first frame
+    hashes += ' ' + std::to_string(key) + ' ' + hex(fileHash(path));
   }
   hash_ = surflect::contentHash(std::as_bytes(std::span(hashes)));
 }
 
-std::vector<Vec3<double>> MeshSequence::positionsAt(int key) const {
-  const std::filesystem::path& path = keys_.at(key);
+MeshSequence MeshSequence::ofCache(const std::filesystem::path& rest, const std::filesystem::path& cache) {
+  MeshSequence sequence(rest, Vec3<double>::Zero());
+  sequence.cache_.emplace(cache, sequence.rest_.positions.size());
+  sequence.times_ = sequence.cache_->times();
+  inFile(cache, [&] { requireAxesOf(positionsOf(sequence.rest_), sequence.positionsAt(0)); });
+  sequence.hash_ = surflect::contentHash(hex(fileHash(rest)) + ' ' + hex(sequence.cache_->contentHash()));
+  return sequence;
+}
+
+std::vector<Vec3<double>> MeshSequence::positionsAt(size_t key) const {
+  if (cache_) return cache_->positions(key);
+  const std::filesystem::path& path = files_[key];
   const TriangleMesh mesh = readMeshAsStored(path, {Faces::asFans, origin_});
   try {
     checkTopology(mesh, rest_);
@@ -119,14 +171,14 @@ std::vector<Vec3<double>> MeshSequence::positionsAt(int key) const {
   return positionsOf(mesh);
 }
 
-WarpPointer MeshSequence::at(double frame) const {
-  const auto next = std::ranges::find_if(keys_, [&](const auto& key) { return key.first > frame; });
-  if (next == keys_.begin()) return field_.follow(positionsAt(next->first));
-  const int from = std::prev(next)->first;
-  std::vector<Vec3<double>> positions = positionsAt(from);
-  if (next != keys_.end() && frame > from) {
-    const double share = (frame - from) / (next->first - from);
-    const std::vector<Vec3<double>> later = positionsAt(next->first);
+WarpPointer MeshSequence::at(double time) const {
+  const auto next = static_cast<size_t>(std::ranges::upper_bound(times_, time) - times_.begin());
+  if (next == 0) return field_.follow(positionsAt(0));
+  const double from = times_[next - 1];
+  std::vector<Vec3<double>> positions = positionsAt(next - 1);
+  if (next < times_.size() && time > from) {
+    const double share = (time - from) / (times_[next] - from);
+    const std::vector<Vec3<double>> later = positionsAt(next);
     for (size_t i = 0; i < positions.size(); ++i)
       positions[i] = (1 - share) * positions[i] + share * later[i];
   }

@@ -91,7 +91,8 @@ WarpPointer frozen(const HandlesMotion& m, const ShotTime& time) {
 }
 
 WarpPointer frozen(const MeshMotion& m, const ShotTime& time) {
-  return m.sequence->at(finiteAt(m.frame, time, "frame"));
+  const bool inSeconds = m.sequence->cacheFormat() == PointCache::Format::mdd;
+  return m.sequence->at(finiteAt(m.time, time, inSeconds ? "time" : "frame"));
 }
 
 WarpPointer frozen(const SkeletonMotion& m, const ShotTime& time) {

@@ -72,7 +72,7 @@ struct HandlesMotion {
 
 struct MeshMotion {
   std::shared_ptr<const MeshSequence> sequence;
-  Track frame; // of the sequence
+  Track time; // frame of the sequence, or its second (MeshSequence::at)
 };
 
 struct SkeletonMotion {

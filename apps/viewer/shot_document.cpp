@@ -19,8 +19,8 @@ namespace {
 using Json = nlohmann::json;
 
 // Keys whose text names a file.
-constexpr std::array<std::string_view, 6> kFileKeys = {"model",  "image", "rest",
-                                                       "frames", "file",  "background"};
+constexpr std::array<std::string_view, 7> kFileKeys = {"model", "image", "rest",      "frames",
+                                                       "cache", "file",  "background"};
 
 bool namesFile(std::string_view key, const Json& value) {
   return value.is_string() && std::ranges::find(kFileKeys, key) != kFileKeys.end() &&

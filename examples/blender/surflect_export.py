@@ -1,9 +1,10 @@
 """Exports a Blender scene to Surflect: a capture, rendered by Cycles under one lamp at a time, and a film script.
 
     blender scene.blend -b -P surflect_export.py -- FOLDER [--help]
+    blender scene.blend -b -P surflect_export.py -- camera.json --camera-path
 
-or as an add-on (Edit > Preferences > Add-ons > Install): File > Export > Surflect capture. Blender 3.4 and newer. FOLDER
-must not exist, or be empty. docs/import.md, "Blender", says what is exported.
+or as an add-on (Edit > Preferences > Add-ons > Install): File > Export > Surflect capture, or Surflect camera path.
+Blender 3.4 and newer. FOLDER must not exist, or be empty. docs/import.md, "Blender", says what is exported.
 """
 
 bl_info = {"name": "Surflect capture", "author": "Surflect", "version": (1, 0, 0), "blender": (3, 4, 0),
@@ -232,9 +233,7 @@ def film_of(scene, lamps, objects, folder, say):
     first, last = scene.frame_start, scene.frame_end
     if first < 0:
         raise ExportError(f"scene: found the first frame {first}, expected 0 or more")
-    if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
-        raise ExportError("scene: found pixels that are not square, expected equal aspects")
-    width, height = (round(x * scene.render.resolution_percentage / 100) for x in (scene.render.resolution_x, scene.render.resolution_y))
+    width, height = film_size(scene)
     frames = list(range(first, last + 1))
     usable = []
     for lamp in lamps:
@@ -290,6 +289,47 @@ def film_of(scene, lamps, objects, folder, say):
                     file.writelines("f {} {} {}\n".format(*(corner + 1 for corner in triangle)) for triangle in triangles)
             lines += ["[[warp]]", 'type = "mesh"', 'rest = "moving/rest.obj"', 'frames = "moving/at.#####.obj"']
     return "\n".join(lines) + "\n"
+
+
+# ------------------------------------------------------------------------------------------------------------------
+# A camera path, for [camera] file = "camera.json" of a script.
+
+def film_size(scene):
+    """Width and height of the scene's pictures."""
+    if scene.render.pixel_aspect_x != scene.render.pixel_aspect_y:
+        raise ExportError("scene: found pixels that are not square, expected equal aspects")
+    return tuple(round(x * scene.render.resolution_percentage / 100) for x in (scene.render.resolution_x, scene.render.resolution_y))
+
+
+def camera_path(scene):
+    """The active camera at each frame: camera-to-world matrix, x right, y up, z backwards; lens in pixels."""
+    if scene.camera is None:
+        raise ExportError("scene: found no active camera, expected one")
+    width, height = film_size(scene)
+    before, keys = scene.frame_current, []
+    for frame in range(scene.frame_start, scene.frame_end + 1):
+        scene.frame_set(frame)  # a marker may change the camera
+        keys.append({"frame": frame, **lens_of(scene.camera, width, height),
+                     "transform_matrix": [list(row) for row in rigid(scene.camera.matrix_world)]})
+    scene.frame_set(before)
+    return {"w": width, "h": height, "frames": keys}
+
+
+def export_camera_path(scene, path, say):
+    """Writes the path; the file appears when it is complete."""
+    keys = camera_path(scene)
+    path = os.path.abspath(path)
+    with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(path), prefix=os.path.basename(path) + ".", delete=False) as file:
+        try:
+            json.dump(keys, file, indent=1)
+            file.close()
+            os.chmod(file.name, 0o644)
+            os.replace(file.name, path)
+        except BaseException:
+            os.unlink(file.name)
+            raise
+    say(f'{path}: {len(keys["frames"])} frames. In a script: [camera] file = "{os.path.basename(path)}", '
+        f'and size = [{keys["w"]}, {keys["h"]}]')
 
 
 # ------------------------------------------------------------------------------------------------------------------
@@ -420,7 +460,8 @@ def export(scene, folder, options, say):
 
 def main(arguments):
     parser = argparse.ArgumentParser(prog="blender SCENE.blend -b -P surflect_export.py --", description=__doc__.split("\n")[0])
-    parser.add_argument("folder")
+    parser.add_argument("folder", help="with --camera-path: the file")
+    parser.add_argument("--camera-path", action="store_true", help="only the path of the active camera, for [camera] file")
     parser.add_argument("--size", nargs=2, type=int, metavar=("WIDTH", "HEIGHT"), default=(512, 512), help="of a photograph")
     parser.add_argument("--samples", type=int, default=Options.samples, help="of a pixel")
     parser.add_argument("--cameras", type=int, default=Options.cameras, help="of the dome, where the scene has none of its own")
@@ -429,9 +470,14 @@ def main(arguments):
     given = parser.parse_args(arguments)
     if min(*given.size, given.samples, given.cameras, given.lamps) < 1:
         parser.error("numbers must be 1 or more")
+    def say(text):
+        print(text, flush=True)
+
     try:
-        export(bpy.context.scene, given.folder, Options(*given.size, given.samples, given.cameras, given.lamps, tuple(given.objects)),
-               lambda text: print(text, flush=True))
+        if given.camera_path:
+            export_camera_path(bpy.context.scene, given.folder, say)
+        else:
+            export(bpy.context.scene, given.folder, Options(*given.size, given.samples, given.cameras, given.lamps, tuple(given.objects)), say)
     except (ExportError, OSError, RuntimeError) as problem:
         print(f"error: {str(problem).strip()}", file=sys.stderr)
         sys.exit(1)
@@ -467,18 +513,44 @@ class EXPORT_OT_surflect(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class EXPORT_OT_surflect_camera(bpy.types.Operator):
+    """Pose and lens of the active camera at each frame, for [camera] file in a film script"""
+    bl_idname = "export_scene.surflect_camera"
+    bl_label = "Export Surflect camera path"
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="camera.json")
+
+    def invoke(self, context, event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        try:
+            export_camera_path(context.scene, self.filepath, lambda text: self.report({"INFO"}, text))
+        except (ExportError, OSError) as problem:
+            self.report({"ERROR"}, str(problem).strip())
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+OPERATORS = (EXPORT_OT_surflect, EXPORT_OT_surflect_camera)
+
+
 def menu(self, context):
     self.layout.operator(EXPORT_OT_surflect.bl_idname, text="Surflect capture")
+    self.layout.operator(EXPORT_OT_surflect_camera.bl_idname, text="Surflect camera path")
 
 
 def register():
-    bpy.utils.register_class(EXPORT_OT_surflect)
+    for operator in OPERATORS:
+        bpy.utils.register_class(operator)
     bpy.types.TOPBAR_MT_file_export.append(menu)
 
 
 def unregister():
     bpy.types.TOPBAR_MT_file_export.remove(menu)
-    bpy.utils.unregister_class(EXPORT_OT_surflect)
+    for operator in reversed(OPERATORS):
+        bpy.utils.unregister_class(operator)
 
 
 if __name__ == "__main__":

@@ -53,9 +53,10 @@ void FilmWriter::close() {
 
 void FilmWriter::encode(const Frame& frame) {
   const Stopwatch watch;
-  const auto& [picturePath, attributes, previewPath, display] = frame.files;
-  // Another script may have left one, which a resumed film would keep beside the new picture.
+  const auto& [picturePath, attributes, previewPath, display, maps, written] = frame.files;
+  // Another script may have left some, which a resumed film would keep beside the new picture.
   if (previewPath) std::filesystem::remove(*previewPath);
+  for (const MapFile& map : maps) std::filesystem::remove(map.path);
   std::string picture, preview;
   tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
@@ -67,6 +68,7 @@ void FilmWriter::encode(const Frame& frame) {
   };
   const size_t before = pending_.size();
   try {
+    for (const MapFile& map : maps) add(map.path, image::pngBytes(map.samples));
     if (previewPath) add(*previewPath, preview);
     add(picturePath, picture);
   } catch (...) {
@@ -74,15 +76,20 @@ void FilmWriter::encode(const Frame& frame) {
     throw;
   }
   seconds_.push_back(watch.seconds());
+  written_.push_back(written);
 }
 
 void FilmWriter::commit() {
   const Stopwatch watch;
   const auto files = std::exchange(pending_, {});
   AtomicFile::commit(files);
-  const size_t frames = seconds_.size() - committedFrames_;
-  for (; committedFrames_ < seconds_.size(); ++committedFrames_)
-    seconds_[committedFrames_] += watch.seconds() / static_cast<double>(frames);
+  const auto callbacks = std::exchange(written_, {});
+  const double share = watch.seconds() / static_cast<double>(callbacks.size());
+  for (const auto& callback : callbacks) {
+    seconds_[committedFrames_] += share;
+    if (callback) callback(seconds_[committedFrames_]);
+    ++committedFrames_;
+  }
 }
 
 void FilmWriter::work() {

@@ -3,10 +3,13 @@
 
 #include "render/film/display.h"
 #include "render/film/frame_file.h"
+#include "srf/image/png.h"
 #include "surfel/base/file.h"
 
 #include <condition_variable>
 #include <exception>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,15 +18,23 @@
 
 namespace surflect::film {
 
-struct FrameFiles {
-  std::filesystem::path picture; // EXR
-  std::map<std::string, std::string> attributes;
-  std::optional<std::filesystem::path> preview; // PNG
-  DisplayOptions display;                       // of the preview
+struct MapFile {
+  std::filesystem::path path; // PNG
+  image::PngSamples samples;
 };
 
-// Frames appear in order, each whole, and its preview before its picture: if a picture exists, both it and
-// its preview are whole. Where the disk is slower than the renderer, up to eight frames share one commit.
+struct FrameFiles {
+  std::filesystem::path picture; // EXR
+  image::ExrAttributes attributes;
+  std::optional<std::filesystem::path> preview; // PNG
+  DisplayOptions display = {};                  // of the preview
+  std::vector<MapFile> maps = {};
+  // Called with the seconds that writing took when all files are on disk, by the writing thread.
+  std::function<void(double seconds)> written = {};
+};
+
+// Frames appear in order, each whole, and its preview and maps before its picture: if a picture exists, it
+// and they are whole. Where the disk is slower than the renderer, up to eight frames share one commit.
 class FilmWriter {
 public:
   enum class Thread { own, callers };
@@ -60,7 +71,8 @@ private:
 
   const Progress progress_;
   // State of the writing thread.
-  std::vector<std::unique_ptr<AtomicFile>> pending_; // written but not committed
+  std::vector<std::unique_ptr<AtomicFile>> pending_;         // written but not committed
+  std::vector<std::function<void(double seconds)>> written_; // of frames that are not committed
   size_t committedFrames_ = 0;
   std::vector<double> seconds_;
   // State shared by both threads.

@@ -21,7 +21,7 @@ image::ChannelSet channelNames(const std::string& layer, int channels) {
 
 } // namespace
 
-std::string frameBytes(const method::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+std::string frameBytes(const method::FrameLayers& film, const image::ExrAttributes& attributes,
                        const Progress& progress) {
   std::vector<image::ExrLayer> layers{
       {{"R", "G", "B", "A"}, &film.color, image::Precision::half, nullptr, 0}};
@@ -32,7 +32,7 @@ std::string frameBytes(const method::FrameLayers& film, const std::map<std::stri
 }
 
 void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
-                const std::map<std::string, std::string>& attributes) {
+                const image::ExrAttributes& attributes) {
   writeFileAtomically(path, frameBytes(film, attributes));
 }
 

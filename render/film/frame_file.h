@@ -2,10 +2,10 @@
 #pragma once
 
 #include "render/method/renderer.h"
+#include "srf/image/exr.h"
 #include "surfel/base/time.h"
 
 #include <filesystem>
-#include <map>
 #include <string>
 
 namespace surflect::film {
@@ -14,10 +14,10 @@ namespace surflect::film {
 // ..., camera_blend.R ..., stretch.V. Depth, position and rest are single floats, all others half. Negative
 // colours, which compression noise and the blending of lights can cause, become 0. The attributes are written
 // to the header.
-std::string frameBytes(const method::FrameLayers& film, const std::map<std::string, std::string>& attributes,
+std::string frameBytes(const method::FrameLayers& film, const image::ExrAttributes& attributes,
                        const Progress& progress = {});
 void writeFrame(const std::filesystem::path& path, const method::FrameLayers& film,
-                const std::map<std::string, std::string>& attributes);
+                const image::ExrAttributes& attributes);
 
 // The 99.5th percentile of the object's pixels; 0 if there are none, or all are black.
 double whiteOf(const image::Image& color);

@@ -16,19 +16,6 @@ namespace surflect::film {
 
 namespace {
 
-// A captured camera on a picture of the script's size.
-capture::Camera<ObjectSpace> fitted(capture::Camera<ObjectSpace> camera, const scene::Script& script) {
-  const scene::Output& output = *script.output;
-  const capture::Lens& lens = camera.lens;
-  if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
-    throw Error::mismatch("the shape of the camera's pictures, " + sizeText(lens.width, lens.height),
-                          sizeText(output.width, output.height))
-        .at("output.size")
-        .in(script.path);
-  camera.lens = capture::resized(lens, output.width, output.height);
-  return camera;
-}
-
 // Multiplies colours, and the errors predicted of them, by 2^stops; exactly so where stops are whole.
 void expose(method::FrameLayers& layers, double stops) {
   const auto factor = static_cast<float>(std::exp2(stops));
@@ -50,7 +37,9 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const metho
   std::vector<std::string_view> known;
   for (const std::span<const capture::View> views : {std::span(model.rig.views), others})
     for (const capture::View& view : views) {
-      if (view.identity == named->from) return fitted(scene::inObjectSpace(view.camera), script);
+      if (view.identity == named->from)
+        return {scene::fittedLens(view.camera.lens, script, "the camera's pictures"),
+                scene::inObjectSpace(view.camera).cameraFromWorld};
       known.push_back(view.identity);
     }
   throw Error::mismatch("a camera of " + model.folder.string() + didYouMean(named->from, known),
@@ -260,6 +249,22 @@ ShotRenderer::BlurSteps ShotRenderer::blurSteps(int frame, double scale) const {
   const double needed = std::max(inLine, std::numbers::pi / 4 * ofDisc * ofDisc);
   steps.needed = static_cast<int>(std::ceil(std::clamp(needed, 1.0, 1e6)));
   return steps;
+}
+
+method::FrameLayers ShotRenderer::renderAlbedo(int frame, double scale) {
+  if (!white_) {
+    image::Image radiance(2, 1, 3);
+    std::ranges::fill(radiance.values, 1.f);
+    white_ = std::make_shared<const weights::EnvironmentMap>(
+        weights::environmentOf(radiance, weights::EnvironmentMapping::latLong, progress_));
+  }
+  return withScene(frame, camera(frame, scale), [&](scene::Scene scene) {
+    scene::ShotEnvironment environment;
+    environment.map = white_;
+    scene.lights = {environment};
+    scene.ground.reset();
+    return renderer_.render(scene, {}, progress_);
+  });
 }
 
 method::PhotographBlend ShotRenderer::blendedAt(int frame, double scale, capture::Pixel pixel) {

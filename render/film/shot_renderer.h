@@ -4,6 +4,7 @@
 #include "render/film/blur_samples.h"
 #include "render/method/renderer.h"
 
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -50,6 +51,10 @@ public:
   static constexpr double kSeenStep = 2; // pixels
   BlurSteps blurSteps(int frame, double scale) const;
 
+  // Renders the instant in the middle of the frame, without exposure and ground, under a constant white environment of radiance 1 instead of its lights: a Lambertian
+  // surface shows its albedo.
+  method::FrameLayers renderAlbedo(int frame, double scale);
+
   // Photographs blended at a pixel of the sharp frame: as Renderer::blendedAt.
   method::PhotographBlend blendedAt(int frame, double scale, capture::Pixel pixel);
 
@@ -86,6 +91,7 @@ private:
   const std::vector<capture::View> others_;
   method::FrameLayers memory_;
   std::optional<double> exposure_;
+  std::shared_ptr<const weights::EnvironmentMap> white_; // made when it is first needed
 };
 
 } // namespace surflect::film

@@ -2,6 +2,7 @@
 
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
+#include "surfel/base/text.h"
 #include "surfel/base/time.h"
 
 #include <algorithm>
@@ -165,8 +166,23 @@ std::filesystem::path framePath(const Output& output, const std::filesystem::pat
   return folder / std::string(output.path).replace(begin, length, digits);
 }
 
+capture::Lens fittedLens(const capture::Lens& lens, const Script& script, std::string_view owner) {
+  const Output& output = *script.output;
+  if (std::abs(output.width * lens.height - output.height * lens.width) > std::max(output.width, lens.width))
+    throw Error::mismatch("the shape of " + std::string(owner) + ", " + sizeText(lens.width, lens.height),
+                          sizeText(output.width, output.height))
+        .at("output.size")
+        .in(script.path);
+  return capture::resized(lens, output.width, output.height);
+}
+
 capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime& time) {
   assert(script.camera && script.output && !std::holds_alternative<NamedCamera>(*script.camera));
+  if (const auto* file = std::get_if<FileCamera>(&*script.camera)) {
+    capture::Camera<ObjectSpace> camera = file->path->at(time.frame);
+    camera.lens = fittedLens(camera.lens, script, "the camera file's pictures");
+    return camera;
+  }
   try {
     if (const auto* orbit = std::get_if<OrbitCamera>(&*script.camera))
       return {lensOf(*script.output, orbit->fovDeg, time), placed(*orbit, time)};

@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -49,8 +50,12 @@ warp::ShotTime shotTime(const Script& script, double frame);
 // folder / output.path with its #### replaced by the frame number, padded with zeros.
 std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame);
 
-// Camera of a script that has an output and a LookAtCamera or OrbitCamera. Throws Error if a track is not
-// finite, if the viewing direction is zero or along `up`, or if fov_deg is outside 0.001..179.999.
+// Lens on a picture of the script's size. Throws Error if the lens's own picture has another shape, which is
+// that of `owner`: "the camera's pictures".
+capture::Lens fittedLens(const capture::Lens& lens, const Script& script, std::string_view owner);
+
+// Camera of a script that has an output and no NamedCamera. Throws Error if a track is not finite, if the
+// viewing direction is zero or along `up`, if fov_deg is outside 0.001..179.999, and as fittedLens does.
 capture::Camera<ObjectSpace> cameraAt(const Script& script, const warp::ShotTime& time);
 
 // Exposure of the camera in stops, which doubles the picture's values each; none where the script gives none.

@@ -66,10 +66,25 @@ warp::HandlesMotion asHandles(const Section& section) {
 
 warp::MeshMotion asMesh(const Section& section) {
   const Entry rest = section.require("rest");
-  const auto frames = asPath(section.require("frames"));
-  const auto frame = section.find("frame");
-  return {std::make_shared<const warp::MeshSequence>(asPath(rest), frames, *rest.origin),
-          frame ? asTrack(*frame) : warp::Track::expression("frame")};
+  const auto cache = section.find("cache"), frame = section.find("frame"), time = section.find("time");
+  const auto frameTrack = [&] { return frame ? asTrack(*frame) : warp::Track::expression("frame"); };
+  if (!cache) {
+    if (time) throw mismatch(*time, "no such key without a cache in MDD");
+    const auto frames = asPath(section.require("frames"));
+    return {std::make_shared<const warp::MeshSequence>(asPath(rest), frames, *rest.origin), frameTrack()};
+  }
+  if (section.find("frames")) throw mismatch(*cache, "either frames or cache");
+  if (!rest.origin->isZero(0))
+    throw Error("point caches are single precision, too coarse for original coordinates: use frames")
+        .at(cache->field);
+  auto sequence =
+      std::make_shared<const warp::MeshSequence>(warp::MeshSequence::ofCache(asPath(rest), asPath(*cache)));
+  if (sequence->cacheFormat() == warp::PointCache::Format::pc2) {
+    if (time) throw mismatch(*time, "frame instead: a PC2 counts frames");
+    return {std::move(sequence), frameTrack()};
+  }
+  if (frame) throw mismatch(*frame, "time instead: an MDD counts seconds");
+  return {std::move(sequence), time ? asTrack(*time) : warp::Track::expression("t")};
 }
 
 warp::SkeletonMotion asSkeleton(const Section& section) {
@@ -132,7 +147,9 @@ const std::vector<Kind<warp::WarpMotion>>& warpKinds() {
        {"min", "max", "divisions", "point"},
        [](const Section& s) -> warp::WarpMotion { return asLattice(s); }},
       {"handles", {"handle", "radius"}, [](const Section& s) -> warp::WarpMotion { return asHandles(s); }},
-      {"mesh", {"rest", "frames", "frame"}, [](const Section& s) -> warp::WarpMotion { return asMesh(s); }},
+      {"mesh",
+       {"rest", "frames", "cache", "frame", "time"},
+       [](const Section& s) -> warp::WarpMotion { return asMesh(s); }},
       {"skeleton",
        {"file", "animation", "time"},
        [](const Section& s) -> warp::WarpMotion { return asSkeleton(s); }},
@@ -204,9 +221,22 @@ Finish asFinish(const Section& output) {
   return finish;
 }
 
+// An array of these names, none twice; empty without an entry.
+std::vector<std::string> namesAmong(const std::optional<Entry>& entry, const Keys& known) {
+  std::vector<std::string> names;
+  if (!entry) return names;
+  for (const Entry& name : asArray(*entry, "an array of names")) {
+    const std::string text = asText(name);
+    if (std::ranges::find(known, text) == known.end()) throw noneOf(name, known);
+    if (std::ranges::find(names, text) != names.end()) throw mismatch(name, "each name once");
+    names.push_back(text);
+  }
+  return names;
+}
+
 Output asOutput(const Entry& entry) {
-  const Section section(entry, {"size", "path", "png", "aov", "samples", "background", "tone", "ocio_display",
-                                "ocio_view", "video"});
+  const Section section(entry, {"size", "path", "png", "aov", "maps", "owner", "samples", "background", "tone",
+                                "ocio_display", "ocio_view", "video"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
@@ -234,37 +264,41 @@ Output asOutput(const Entry& entry) {
   }
   if (const auto png = section.find("png")) output.png = asBoolean(*png);
   if (const auto samples = section.find("samples")) output.samples = asInteger(*samples, 1, mostSamples);
-  if (const auto aov = section.find("aov"))
-    for (const Entry& name : asArray(*aov, "an array of names")) {
-      const std::string text = asText(name);
-      if (std::find(aovNames.begin(), aovNames.end(), text) == aovNames.end())
-        throw noneOf(name, Keys(aovNames.begin(), aovNames.end()));
-      if (std::find(output.aov.begin(), output.aov.end(), text) != output.aov.end())
-        throw mismatch(name, "each name once");
-      output.aov.push_back(text);
-    }
+  if (const auto owner = section.find("owner")) output.owner = asText(*owner);
+  output.aov = namesAmong(section.find("aov"), Keys(aovNames.begin(), aovNames.end()));
+  output.maps = namesAmong(section.find("maps"), Keys(mapNames.begin(), mapNames.end()));
   return output;
 }
 
-constexpr std::array<std::string_view, 4> posedCameraKeys = {"position", "look_at", "up", "fov_deg"};
-// Keys of the picture, which every camera may have.
-constexpr std::array<std::string_view, 4> pictureKeys = {"exposure", "shutter_deg", "aperture", "focus_distance"};
+// Keys that place the camera, and those of its picture, which every camera may have.
+constexpr std::array<std::string_view, 7> placingKeys = {"from",    "file", "orbit",  "position",
+                                                         "look_at", "up",   "fov_deg"};
+constexpr std::array<std::string_view, 4> pictureKeys = {"exposure", "shutter_deg", "aperture",
+                                                         "focus_distance"};
 
 Section cameraSection(const Entry& entry) {
-  Keys known{"from", "orbit"};
-  known.insert(known.begin(), posedCameraKeys.begin(), posedCameraKeys.end());
+  Keys known(placingKeys.begin(), placingKeys.end());
   known.insert(known.end(), pictureKeys.begin(), pictureKeys.end());
   return {entry, known};
 }
 
+// Throws Error if another key places the camera, too.
+void requireAlone(const Section& section, const Entry& placing) {
+  for (const std::string_view key : placingKeys)
+    if (const auto other = section.find(key); other && other->node != placing.node)
+      throw mismatch(placing, "no " + std::string(key) + " beside it");
+}
+
 CameraMotion asCamera(const Section& section) {
-  const auto from = section.find("from"), orbit = section.find("orbit");
-  if (from) {
-    for (const std::string_view key : posedCameraKeys)
-      if (section.find(key)) throw mismatch(*from, "no " + std::string(key) + " beside it");
-    if (orbit) throw mismatch(*from, "no orbit beside it");
+  if (const auto from = section.find("from")) {
+    requireAlone(section, *from);
     return NamedCamera{asText(*from)};
   }
+  if (const auto file = section.find("file")) {
+    requireAlone(section, *file);
+    return FileCamera{std::make_shared<const CameraPath>(asPath(*file), *file->origin)};
+  }
+  const auto orbit = section.find("orbit");
   const warp::Track3 up = trackOr(section, "up", yUp);
   if (!orbit)
     return LookAtCamera{asPlace(section.require("position")), asPlace(section.require("look_at")), up,
@@ -446,11 +480,14 @@ Script parseScript(std::string_view text, const std::filesystem::path& path, con
     Script script = asScript(root);
     script.path = path;
     script.hash = contentHash(std::as_bytes(std::span(text)));
+    const auto addFiles = [&](uint64_t files) {
+      const std::array both = {script.hash, files};
+      script.hash = contentHash(std::as_bytes(std::span(both)));
+    };
     for (const warp::WarpMotion& warp : script.warps)
-      if (const uint64_t files = warp::filesHash(warp)) {
-        const std::array both = {script.hash, files};
-        script.hash = contentHash(std::as_bytes(std::span(both)));
-      }
+      if (const uint64_t files = warp::filesHash(warp)) addFiles(files);
+    if (const auto* file = script.camera ? std::get_if<FileCamera>(&*script.camera) : nullptr)
+      addFiles(file->path->contentHash());
     return script;
   } catch (Error& error) {
     throw std::move(error).in(path);

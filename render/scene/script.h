@@ -4,6 +4,7 @@
 // expression in t, frame and s (warp/track.h).
 #pragma once
 
+#include "render/scene/camera_path.h"
 #include "render/scene/script_fields.h"
 #include "srf/weights/environment_map.h"
 #include "srf/weights/fades.h"
@@ -13,6 +14,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -60,10 +62,13 @@ struct Output {
   bool png = false;
   std::string video; // as written: "film.mp4" or "film.mov"; empty: none
   Finish finish;
-  std::vector<std::string> aov; // each one of aovNames, none twice
-  int samples = 16;             // pictures that a blurred frame averages; 1..mostSamples
+  std::string owner;             // of the frames, for their headers; may be empty
+  std::vector<std::string> aov;  // each one of aovNames, none twice
+  std::vector<std::string> maps; // each one of mapNames, none twice
+  int samples = 16;              // pictures that a blurred frame averages; 1..mostSamples
 };
 inline constexpr int mostSamples = 1024;
+inline constexpr std::array<std::string_view, 3> mapNames = {"normal", "height", "albedo"};
 inline constexpr std::array<std::string_view, 8> aovNames = {
     "depth", "normal", "position", "rest", "camera_blend", "light_blend", "stretch", "predicted_error"};
 
@@ -82,7 +87,11 @@ struct OrbitCamera {
   warp::Track radius, azimuthDeg, elevationDeg;
   warp::Track fovDeg; // vertical
 };
-using CameraMotion = std::variant<NamedCamera, LookAtCamera, OrbitCamera>;
+// Poses and lenses from a file.
+struct FileCamera {
+  std::shared_ptr<const CameraPath> path; // never null
+};
+using CameraMotion = std::variant<NamedCamera, LookAtCamera, OrbitCamera, FileCamera>;
 
 // Blur of any camera: by motion while the shutter is open, and by a thin lens.
 struct CameraBlur {
@@ -139,7 +148,7 @@ enum class Coordinates { model, original };
 
 struct Script {
   std::filesystem::path path;
-  uint64_t hash = 0;                // contentHash of the text, and of the files that its warps read
+  uint64_t hash = 0;                // contentHash of the text, and of the files of its camera and warps
   std::filesystem::path model;      // resolved against the script's folder; empty: not given
   std::vector<PlacedModel> objects; // a scene of several models instead
   Coordinates coordinates = Coordinates::model;

@@ -49,31 +49,6 @@ image::Response readResponse(const Json& value) {
 }
 
 // ---------------------------------------------------------------------------------------------------------
-// Poses.
-
-// Camera-to-world matrix of the file, with the rotation orthonormalised.
-Rigid<CameraSpace, AcquisitionSpace> readPose(const Json& value, RoundedRotations& rotations) {
-  Eigen::Matrix4d m;
-  const auto fourOf = [](const Json& list, const char* expected) -> const Json& {
-    if (!list.is_array() || list.size() != 4) throw Error::mismatch(expected, shown(list));
-    return list;
-  };
-  for (size_t row = 0; row < 4; ++row) {
-    const Json& rows = fourOf(value, "four rows of four numbers");
-    atField(element("", row), [&] {
-      const Json& columns = fourOf(rows[row], "four numbers");
-      for (size_t c = 0; c < 4; ++c)
-        m(static_cast<int>(row), static_cast<int>(c)) =
-            atField(element("", c), [&] { return coordinateOf(columns[c]); });
-    });
-  }
-  if (!(m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).isZero(1e-6))
-    throw Error::mismatch("last row 0 0 0 1", shown(value[3])).at("[3]");
-  const Mat3<double> rotation = rotations.nearestUnscaled(m.topLeftCorner<3, 3>());
-  return Rigid<AcquisitionSpace, CameraSpace>(rotation, m.topRightCorner<3, 1>()).inverse();
-}
-
-// ---------------------------------------------------------------------------------------------------------
 // Frames.
 
 class CaptureReader {

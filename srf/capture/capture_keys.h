@@ -111,4 +111,7 @@ private:
   double leastScale_ = std::numeric_limits<double>::infinity(), mostScale_ = 0;
 };
 
+// Pose in a camera-to-world matrix of four rows, its axes as in camera.h; its rotation is made orthonormal.
+Rigid<CameraSpace, AcquisitionSpace> readPose(const Json& value, RoundedRotations& rotations);
+
 } // namespace surflect::capture

@@ -11,6 +11,7 @@
 #include "srf/image/image.h"
 #include "surfel/base/time.h"
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -18,6 +19,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace surflect::image {
@@ -99,15 +101,24 @@ struct ExrLayer {
 // in the caller's thread. Must not be called while pictures are read. Throws std::system_error.
 void setExrThreads(int threads);
 
+// Value of an attribute in a file's header.
+
+struct FrameRate {
+  double perSecond; // 23.98 and the like become the exact rate: 24000/1001
+};
+using RowMatrix = std::array<std::array<float, 4>, 4>; // acts on rows from the right: (x y z 1) M
+using ExrAttribute = std::variant<std::string, int, float, FrameRate, RowMatrix>;
+using ExrAttributes = std::map<std::string, ExrAttribute>;
+
 // Bytes of a file with layers of one size and metadata; the same for equal input and any number of threads.
 // Compressed losslessly by ZIP. The attribute `chromaticities` states Rec. 709. Needs memory for the file and
 // 16 lines of pixels per thread. Throws Error and Cancelled.
-std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
+std::string exrBytes(std::span<const ExrLayer> layers, const ExrAttributes& attributes,
                      const Progress& progress = {});
 
 // Writes exrBytes() to a file, atomically.
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
-              const std::map<std::string, std::string>& attributes = {}, const Progress& progress = {});
+              const ExrAttributes& attributes = {}, const Progress& progress = {});
 // One image of 1 to 4 channels as Y, YA, RGB or RGBA.
 void writeExr(const std::filesystem::path& path, const Image& image, Precision precision = Precision::half);
 

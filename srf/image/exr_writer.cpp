@@ -7,8 +7,13 @@
 
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
+#include <ImfFloatAttribute.h>
+#include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
+#include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfRationalAttribute.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <half.h>
@@ -68,9 +73,21 @@ template <class T> void append(std::string& to, T value) {
   to.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
+// Attributes of the library's types.
+Imf::StringAttribute foreign(const std::string& text) { return {text}; }
+Imf::IntAttribute foreign(int number) { return {number}; }
+Imf::FloatAttribute foreign(float number) { return {number}; }
+Imf::RationalAttribute foreign(FrameRate rate) { return {Imf::guessExactFps(rate.perSecond)}; }
+Imf::M44fAttribute foreign(const RowMatrix& matrix) {
+  Imath::M44f copy;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      copy[row][column] = matrix[static_cast<size_t>(row)][static_cast<size_t>(column)];
+  return {copy};
+}
+
 // Magic number, version and attributes.
-std::string headOf(const Planes& planes, const std::map<std::string, std::string>& attributes,
-                   const Image& picture) {
+std::string headOf(const Planes& planes, const ExrAttributes& attributes, const Image& picture) {
   constexpr size_t kLongestShortName = 31;
   constexpr int32_t kMagic = 20000630, kVersion = 2, kHasLongNames = 0x400;
   Imf::Header header(picture.width, picture.height);
@@ -82,7 +99,7 @@ std::string headOf(const Planes& planes, const std::map<std::string, std::string
     hasLongNames |= name.size() > kLongestShortName;
   }
   for (const auto& [key, value] : attributes) {
-    header.insert(key, Imf::StringAttribute(value));
+    std::visit([&](const auto& of) { header.insert(key, foreign(of)); }, value);
     hasLongNames |= key.size() > kLongestShortName;
   }
   MemoryStream stream;
@@ -183,7 +200,7 @@ void roundTo(Precision precision, std::span<float> values) {
     for (float& value : values) value = half(half::FromBits, nearestHalf(value));
 }
 
-std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::string, std::string>& attributes,
+std::string exrBytes(std::span<const ExrLayer> layers, const ExrAttributes& attributes,
                      const Progress& progress) {
   assert(!layers.empty());
   const Image& picture = *layers[0].image;
@@ -211,7 +228,7 @@ std::string exrBytes(std::span<const ExrLayer> layers, const std::map<std::strin
 }
 
 void writeExr(const std::filesystem::path& path, std::span<const ExrLayer> layers,
-              const std::map<std::string, std::string>& attributes, const Progress& progress) {
+              const ExrAttributes& attributes, const Progress& progress) {
   assert(!layers.empty());
   writeFileAtomically(path, exrBytes(layers, attributes, progress));
 }

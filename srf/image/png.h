@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace surflect::image {
@@ -49,6 +50,7 @@ struct PngSamples {
   int bitDepth = 8;                        // 8 or 16
   PngColors colors = PngColors::unstated;
   std::vector<uint8_t> bytes;
+  std::vector<std::pair<std::string, std::string>> texts = {}; // keywords of 1 to 79 letters, ASCII
 
   size_t rowBytes() const {
     return static_cast<size_t>(width) * static_cast<size_t>(channels) * static_cast<size_t>(bitDepth / 8);

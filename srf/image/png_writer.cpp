@@ -87,6 +87,8 @@ std::string pngBytes(const PngSamples& picture) {
   const std::string data = zlibStream(filtered(picture));
   std::string file = "\x89PNG\r\n\x1a\n" + chunk("IHDR", header);
   if (picture.colors == PngColors::srgb) file += srgbChunks();
+  for (const auto& [keyword, text] : picture.texts) // [PNG 3rd ed., 11.3.3.2]
+    file += chunk("tEXt", keyword + '\0' + text);
   for (size_t begin = 0; begin < data.size(); begin += kLargestData)
     file += chunk("IDAT", std::string_view(data).substr(begin, kLargestData));
   return file + chunk("IEND", {});

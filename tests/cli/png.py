@@ -5,7 +5,7 @@ import zlib
 
 
 def read_png(path):
-    """Pixels of an 8-bit picture: (r, g, b, a) of RGBA, (r, g, b) of RGB, (gray,) of gray."""
+    """Pixels of a picture of 8 or 16 bits: (r, g, b, a) of RGBA, (r, g, b) of RGB, (gray, a) of gray and alpha, (gray,) of gray."""
     data, at, packed = path.read_bytes(), 8, b""
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at:at + 8])
@@ -15,20 +15,19 @@ def read_png(path):
         elif kind == b"IDAT":
             packed += chunk
         at += 12 + length
-    if depth != 8 or color not in (0, 2, 6):
-        raise AssertionError(f"{path} is neither 8-bit RGBA, RGB nor gray")
-    channels = {0: 1, 2: 3, 6: 4}[color]
-    rows, stride = zlib.decompress(packed), channels * width
+    channels, size = {0: 1, 2: 3, 4: 2, 6: 4}[color], depth // 8
+    rows, stride = zlib.decompress(packed), channels * size * width
     above, pixels = bytearray(stride), []
     for y in range(height):
         start = y * (stride + 1)
         row, kind = bytearray(rows[start + 1:start + 1 + stride]), rows[start]
         for i in range(stride):
-            left = i - channels
+            left = i - channels * size
             a, b, c = row[left] if left >= 0 else 0, above[i], above[left] if left >= 0 else 0
             paeth = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
             row[i] = (row[i] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
-        pixels += zip(*(row[c::channels] for c in range(channels)))
+        samples = struct.unpack(f">{channels * width}{'BH'[size - 1]}", row)
+        pixels += zip(*(samples[c::channels] for c in range(channels)))
         above = row
     return pixels
 

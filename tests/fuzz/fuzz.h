@@ -7,6 +7,7 @@
 
 #define SURFLECT_FUZZ_TARGETS(DO)                                                                            \
   DO(block)                                                                                                  \
+  DO(camera_path)                                                                                            \
   DO(capture)                                                                                                \
   DO(colmap)                                                                                                 \
   DO(environment)                                                                                            \

@@ -34,7 +34,7 @@ export function sentDoc({ doc, flags }, model, camera) {
 export const cameraOfPose = ({ position, look_at, up, fov_deg }) => ({ position, look_at, up, fov_deg });
 
 // The keys of a script's camera that do not place it, such as its blur. A camera that is placed anew keeps them.
-const placing = ["from", "orbit", "position", "look_at", "up", "fov_deg"];
+const placing = ["from", "file", "orbit", "position", "look_at", "up", "fov_deg"];
 export const unplaced = (camera) =>
   Object.fromEntries(Object.entries(camera ?? {}).filter(([key]) => !placing.includes(key)));
 

@@ -288,7 +288,7 @@ TEST_F(Exr, ThePictureIsThatOfOnePartAndNeverColoursOfOneWithAlphaOfAnother) {
 TEST_F(Exr, TheSameImageGivesTheSameBytes) {
   const Image image = randomImage(64, 40, 4, 0, 1, 9);
   const ExrLayer layer{{"R", "G", "B", "A"}, &image};
-  const std::map<std::string, std::string> attributes{{"software", "surflect"}, {"exposure", "0.5"}};
+  const ExrAttributes attributes{{"software", "surflect"}, {"exposure", "0.5"}};
   writeExr(folder / "a.exr", std::span(&layer, 1), attributes);
   writeExr(folder / "b.exr", std::span(&layer, 1), attributes);
   EXPECT_EQ(readFile(folder / "a.exr"), readFile(folder / "b.exr"));

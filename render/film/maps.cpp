@@ -1,0 +1,79 @@
+#include "render/film/maps.h"
+
+#include "srf/image/color.h"
+#include "surfel/base/error.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace surflect::film {
+
+namespace {
+
+image::PngSamples emptyMap(const image::Image& color, int channels) {
+  assert(color.channels == 4);
+  image::PngSamples map{.width = color.width, .height = color.height, .channels = channels, .bitDepth = 16};
+  map.bytes.resize(map.rowBytes() * static_cast<size_t>(map.height));
+  return map;
+}
+
+void setSample(image::PngSamples& map, size_t pixel, int channel, double value) {
+  const uint16_t sample = image::quantized(static_cast<float>(value), 65535);
+  const size_t at = 2 * (pixel * static_cast<size_t>(map.channels) + static_cast<size_t>(channel));
+  map.bytes[at] = static_cast<uint8_t>(sample >> 8);
+  map.bytes[at + 1] = static_cast<uint8_t>(sample);
+}
+
+float alphaAt(const image::Image& color, size_t pixel) { return color.values[4 * pixel + 3]; }
+
+size_t pixelsOf(const image::Image& image) {
+  return static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+}
+
+} // namespace
+
+image::PngSamples normalMap(const image::Image& color, const image::Image& normals,
+                            const capture::Camera<ObjectSpace>& camera) {
+  assert(normals.channels == 3);
+  image::PngSamples map = emptyMap(color, 4);
+  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+    const float* n = &normals.values[3 * pixel];
+    const Vec3<double> inCamera = camera.cameraFromWorld.rotation() * Vec3<double>(n[0], n[1], n[2]);
+    const double length = inCamera.norm(); // premultiplied by alpha
+    if (!(length > 0) || !(alphaAt(color, pixel) > 0)) continue;
+    for (int axis = 0; axis < 3; ++axis) setSample(map, pixel, axis, 0.5 + 0.5 * inCamera[axis] / length);
+    setSample(map, pixel, 3, alphaAt(color, pixel));
+  }
+  return map;
+}
+
+image::PngSamples heightMap(const image::Image& color, const image::Image& depth, const HeightRange& range,
+                            const capture::Camera<ObjectSpace>& camera) {
+  assert(depth.channels == 1 && range.radius > 0);
+  image::PngSamples map = emptyMap(color, 2);
+  const double depthOfMiddle = -camera.cameraFromWorld(range.middle).z();
+  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+    const double z = depth.values[pixel];
+    if (!std::isfinite(z) || !(alphaAt(color, pixel) > 0)) continue;
+    setSample(map, pixel, 0, 0.5 + 0.5 * (depthOfMiddle - z) / range.radius);
+    setSample(map, pixel, 1, alphaAt(color, pixel));
+  }
+  map.texts = {{"height of black", numberText(-range.radius)}, {"height of white", numberText(range.radius)}};
+  return map;
+}
+
+image::PngSamples albedoMap(const image::Image& color) {
+  image::PngSamples map = emptyMap(color, 4);
+  map.colors = image::PngColors::srgb;
+  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+    const float alpha = alphaAt(color, pixel);
+    if (!(alpha > 0)) continue;
+    for (int c = 0; c < 3; ++c)
+      setSample(map, pixel, c,
+                image::srgbFromLinear(color.values[4 * pixel + static_cast<size_t>(c)] / alpha));
+    setSample(map, pixel, 3, alpha);
+  }
+  return map;
+}
+
+} // namespace surflect::film

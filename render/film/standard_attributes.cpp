@@ -1,0 +1,69 @@
+#include "render/film/standard_attributes.h"
+
+#include "surfel/base/version.h"
+
+#include <Eigen/Dense>
+
+namespace surflect::film {
+
+namespace {
+
+using Matrix = Eigen::Matrix4d; // acts on columns
+
+image::RowMatrix asRows(const Matrix& columns) {
+  image::RowMatrix rows;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      rows[static_cast<size_t>(row)][static_cast<size_t>(column)] = static_cast<float>(columns(column, row));
+  return rows;
+}
+
+// Our camera axes have z backwards.
+Matrix columnsToCamera(const capture::Camera<ObjectSpace>& camera) {
+  Matrix matrix = Matrix::Identity();
+  matrix.topLeftCorner<3, 3>() = camera.cameraFromWorld.rotation();
+  matrix.topRightCorner<3, 1>() = camera.cameraFromWorld.translation();
+  matrix.row(2) *= -1;
+  return matrix;
+}
+
+} // namespace
+
+image::RowMatrix worldToCamera(const capture::Camera<ObjectSpace>& camera) {
+  return asRows(columnsToCamera(camera));
+}
+
+std::optional<image::RowMatrix> worldToNdc(const capture::Camera<ObjectSpace>& camera) {
+  const capture::Lens& lens = camera.lens;
+  if (lens.distorts()) return std::nullopt;
+  const double w = lens.width, h = lens.height;
+  Matrix ndcFromCamera; // camera space with z ahead
+  if (lens.model == capture::Lens::Model::pinhole)
+    ndcFromCamera << lens.focalX / w, 0, lens.centerX / w, 0, //
+        0, -lens.focalY / h, lens.centerY / h, 0,             //
+        0, 0, 1, -1,                                          //
+        0, 0, 1, 0;
+  else
+    ndcFromCamera << lens.focalX / w, 0, 0, lens.centerX / w, //
+        0, -lens.focalY / h, 0, lens.centerY / h,             //
+        0, 0, 1, 0,                                           //
+        0, 0, 0, 1;
+  return asRows(ndcFromCamera * columnsToCamera(camera));
+}
+
+image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& camera,
+                                        const scene::Script& script, int frame) {
+  image::ExrAttributes attributes{{"worldToCamera", worldToCamera(camera)},
+                                  {"framesPerSecond", image::FrameRate{script.frames->fps}},
+                                  {"imageCounter", frame},
+                                  {"software", std::string("surflect ") + kVersion}};
+  if (const auto ndc = worldToNdc(camera)) attributes["worldToNDC"] = *ndc;
+  const capture::Lens& lens = camera.lens;
+  const bool isCentered = lens.centerX == lens.width / 2.0 && lens.centerY == lens.height / 2.0;
+  if (lens.model == capture::Lens::Model::pinhole && isCentered && !lens.distorts())
+    attributes["screenWindowWidth"] = static_cast<float>(lens.width / lens.focalX);
+  if (!script.output->owner.empty()) attributes["owner"] = script.output->owner;
+  return attributes;
+}
+
+} // namespace surflect::film
