@@ -507,7 +507,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   std::optional<DisplayClient> viewer;
   if (!arguments.display.empty())
     viewer.emplace(displayAddress(arguments.display), script.path.filename().string(),
-                    [](const std::string& line) { say(line); });
+                   [](const std::string& line) { say(line); });
   event("film", {{"first", range.first},
                  {"last", range.last},
                  {"every", arguments.every},

@@ -51,8 +51,8 @@ public:
   static constexpr double kSeenStep = 2; // pixels
   BlurSteps blurSteps(int frame, double scale) const;
 
-  // Renders the instant in the middle of the frame, without exposure and ground, under a constant white environment of radiance 1 instead of its lights: a Lambertian
-  // surface shows its albedo.
+  // Renders the instant in the middle of the frame, without exposure and ground, under a constant white
+  // environment of radiance 1 instead of its lights: a Lambertian surface shows its albedo.
   method::FrameLayers renderAlbedo(int frame, double scale);
 
   // Photographs blended at a pixel of the sharp frame: as Renderer::blendedAt.

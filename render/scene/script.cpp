@@ -235,8 +235,8 @@ std::vector<std::string> namesAmong(const std::optional<Entry>& entry, const Key
 }
 
 Output asOutput(const Entry& entry) {
-  const Section section(entry, {"size", "path", "png", "aov", "maps", "owner", "samples", "background", "tone",
-                                "ocio_display", "ocio_view", "video"});
+  const Section section(entry, {"size", "path", "png", "aov", "maps", "owner", "samples", "background",
+                                "tone", "ocio_display", "ocio_view", "video"});
   Output output;
   const Entry size = section.require("size");
   const std::vector<Entry> sides = asArray(size, "[width, height]");
