@@ -48,7 +48,8 @@ std::vector<std::string> encoderWords(VideoFormat format, int width, int height,
                                     "-",
                                     "-vf",
                                     "scale=out_color_matrix=bt709:out_range=tv:flags=bicubic+accurate_rnd+"
-                                    "full_chroma_int+full_chroma_inp"};
+                                    "full_chroma_int+full_chroma_inp,setparams=range=tv:colorspace=bt709:"
+                                    "color_primaries=bt709:color_trc=iec61966-2-1"};
   const auto add = [&](std::initializer_list<const char*> more) {
     words.insert(words.end(), more.begin(), more.end());
   };
@@ -61,7 +62,7 @@ std::vector<std::string> encoderWords(VideoFormat format, int width, int height,
     add({"-c:v", "prores_ks", "-profile:v", "hq", "-pix_fmt", "yuv422p10le", "-vendor", "apl0", "-movflags",
          "+write_colr"});
   add({"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-color_range",
-       "tv", "-f", isH264 ? "mp4" : "mov"});
+       "tv", "-f", isH264 ? "mp4" : "mov"}); // the container's; those of setparams are the pictures' own
   words.push_back(file);
   return words;
 }

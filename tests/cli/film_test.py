@@ -12,6 +12,7 @@ from exr import read_exr
 from png import read_png, write_png
 from support import SCRIPT, SURFLECT, TestInFolder, content, run, succeed
 
+SUN = '[[light]]\ntype = "directional"\ndirection = [1, -1, 1]\n'
 GREY = "background = [0.5, 0.5, 0.5]"
 WIDTH, HEIGHT = 120, 90
 
@@ -107,11 +108,11 @@ class Film(TestInFolder):
             was, is_now = (read_png(folder / f"frame.{frame:02}.png") for folder in (self.folder / "automatic", fixed))
             self.assertGreater(decibels(was, is_now), 55)
 
-    def test_environments_of_other_strengths_look_other_at_a_given_exposure(self):
+    def test_lamps_of_other_strengths_look_other_at_a_given_exposure(self):
         means = []
         for intensity in (3, 30, 300):
             script = self.script_with(f"lit{intensity}", camera="exposure = -2")
-            script.write_text(script.read_text().replace("intensity = 30", f"intensity = {intensity}"))
+            script.write_text(script.read_text().replace("intensity = 30", f"intensity = {intensity}").replace(SUN, ""))
             succeed("render", script, "-o", self.folder / f"lit{intensity}", "--frames", "2")
             pixels = [p for p in read_png(self.folder / f"lit{intensity}/frame.02.png") if p[3] > 0]
             means.append(sum(map(sum, (p[:3] for p in pixels))) / len(pixels))
@@ -129,7 +130,7 @@ class Film(TestInFolder):
             for c in range(3):
                 wanted = srgb(alpha * linear(under[c]) + (1 - alpha) * linear(127.5))
                 self.assertAlmostEqual(over[c], wanted, delta=1 if alpha in (0, 1) else 3)  # alpha has 8 bits
-        self.assertGreater(edges, 100)
+        self.assertGreater(edges, 60)
 
     def test_a_picture_behind_keeps_its_bytes(self):
         rows = [[(3 * x % 256, 5 * y % 256, (x * y) % 256, 255) for x in range(WIDTH)] for y in range(HEIGHT)]
@@ -146,18 +147,17 @@ class Film(TestInFolder):
         self.assertEqual(len(report["frames"]), 3)  # another picture behind
         self.assertEqual(read_png(folder / "frame.02.png")[0], (9, 9, 9))
 
-    def check_tags(self, stream, frames, rate, pixels, has_curve=True):
+    def check_tags(self, stream, frames, rate, pixels):
         self.assertEqual((int(stream["nb_read_frames"]), stream["r_frame_rate"], stream["pix_fmt"]), (frames, rate, pixels))
-        self.assertEqual([stream.get(key) for key in ("color_space", "color_primaries", "color_range")], ["bt709", "bt709", "tv"])
-        if has_curve:
-            self.assertEqual(stream.get("color_transfer"), "iec61966-2-1")
+        self.assertEqual([stream.get(f"color_{key}") for key in ("space", "primaries", "transfer", "range")],
+                         ["bt709", "bt709", "iec61966-2-1", "tv"])
 
     def test_an_mp4_decodes_to_the_pngs(self):
         report, folder = self.render("mp4", f'{GREY}\ntone = "filmic"\nvideo = "film.mp4"')
         film = folder / "film.mp4"
         self.assertEqual(report["video"], str(film))
         self.check_tags(probed(film), 3, "24/1", "yuv420p")
-        self.check_frames(film, folder, 33, 30)
+        self.check_frames(film, folder, 38, 29)
 
     def check_frames(self, film, folder, least, least_at_edges):
         """Bounds of the decibels of frames, and of their outlines, where alpha lies between 0 and 1."""
@@ -166,24 +166,22 @@ class Film(TestInFolder):
             alpha = self.halves(folder / f"frame.{frame:02}.exr")["A"]
             edges = [i for i in range(WIDTH * HEIGHT) if 0.05 < alpha[i] < 0.95]
             whole, outline = decibels(got, wanted), decibels([got[i] for i in edges], [wanted[i] for i in edges])
-            print(f"{film.name} frame {frame}: {whole:.1f} dB, outlines {outline:.1f} dB of {len(edges)} pixels")
             self.assertGreater(whole, least)
             self.assertGreater(outline, least_at_edges)
 
     def test_a_mov_decodes_to_the_pngs(self):
         _, folder = self.render("mov", f'{GREY}\nvideo = "film.mov"')
-        self.check_tags(probed(folder / "film.mov"), 3, "24/1", "yuv422p10le", has_curve=False)
-        self.check_frames(folder / "film.mov", folder, 33, 30)
+        self.check_tags(probed(folder / "film.mov"), 3, "24/1", "yuv422p10le")
+        self.check_frames(folder / "film.mov", folder, 45, 36)
 
     def test_a_transparent_mov_keeps_alpha(self):
         _, folder = self.render("alpha", 'video = "film.mov"')
-        self.check_tags(probed(folder / "film.mov"), 3, "24/1", "yuva444p12le", has_curve=False)
+        self.check_tags(probed(folder / "film.mov"), 3, "24/1", "yuva444p12le")
         for frame, got in enumerate(decoded(folder / "film.mov", 4), 1):
             wanted = read_png(folder / f"frame.{frame:02}.png")
-            self.assertLessEqual(max(abs(p[3] - q[3]) for p, q in zip(got, wanted)), 1)
+            self.assertLessEqual(max(abs(p[3] - q[3]) for p, q in zip(got, wanted)), 2)  # 10 bits of limited range
             over = [[[round(p[3] / 255 * c) for c in p[:3]] for p in pixels] for pixels in (got, wanted)]
-            print(f"transparent frame {frame}: {decibels(*over):.1f} dB")
-            self.assertGreater(decibels(*over), 33)
+            self.assertGreater(decibels(*over), 60)
 
     def test_a_transparent_mp4_is_over_black(self):
         report, folder = self.render("black", 'video = "film.mp4"')
