@@ -548,9 +548,10 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
       }
-      if (const auto steps = stepsOf(shot, frame, arguments.scale); steps && !saidSteps) {
-        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *steps));
-        saidSteps = true;
+      if (!saidSteps) {
+        const std::optional<std::string> steps = stepsOf(shot, frame, arguments.scale);
+        if (steps) say(fmt::format("{}: frame {}: {}", arguments.script, frame, *steps));
+        saidSteps = steps.has_value();
       }
       files.maps = maps.make(shot, frame, arguments.scale, path, picture);
       trust.add(frame, picture);
