@@ -42,7 +42,8 @@ enum class ExportFormat { ply, usda };
 
 // Format and pattern of the output's name. Throws UsageError.
 struct ExportName {
-  explicit ExportName(const std::filesystem::path& output) : folder(output.parent_path()) {
+  explicit ExportName(const std::filesystem::path& output)
+      : folder(output.parent_path().empty() ? "." : output.parent_path()) {
     const std::string name = output.filename().string(), ending = lowerCase(output.extension().string());
     const auto complain = [&](std::string_view expected) {
       return UsageError(Error::mismatch(expected, "'" + name + "'").at("--output"));
@@ -60,7 +61,7 @@ struct ExportName {
   }
 
   std::filesystem::path file(int frame) const {
-    return isSequence ? scene::framePath(pattern, folder, frame) : folder / pattern.path;
+    return (isSequence ? scene::framePath(pattern, folder, frame) : folder / pattern.path).lexically_normal();
   }
 
   ExportFormat format = ExportFormat::ply;
@@ -142,7 +143,7 @@ void requireSpace(const ExportName& name, uint64_t perFile, size_t files) {
   if (perFile > kLargestFile)
     throw Error(fmt::format("would have about {}, more than {}{}", megabytes(perFile),
                             megabytes(kLargestFile), smaller))
-        .in(name.folder / name.pattern.path);
+        .in(name.file(0));
   std::filesystem::path folder = std::filesystem::absolute(name.folder);
   std::error_code unknown;
   while (!std::filesystem::exists(folder, unknown) && folder.has_relative_path())
@@ -151,7 +152,7 @@ void requireSpace(const ExportName& name, uint64_t perFile, size_t files) {
   if (!unknown && perFile * files > space.available)
     throw Error(fmt::format("needs about {}, and {} has {} left{}", megabytes(perFile * files),
                             folder.string(), megabytes(space.available), smaller))
-        .in(name.folder / name.pattern.path);
+        .in(name.file(0));
 }
 
 // Surfels of one frame, as Gaussians.
@@ -186,7 +187,7 @@ void requireNoPictureOptions(const MethodOptions& options) {
 Json runExport(const ExportArguments& arguments, const Progress& progress) {
   requireNoPictureOptions(arguments.options);
   const ExportName name(arguments.output);
-  requireCreatable(name.folder.empty() ? "." : name.folder);
+  requireCreatable(name.folder);
   if (!name.isSequence) requireReplaceable(name.file(0));
   const OpenShot shot = openShot(arguments, name, progress);
   if (name.isSequence)
@@ -210,8 +211,8 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
 
   film::ShotRenderer renderer(shot.script, *shot.renderer, progress);
   const gaussians::LookOptions look{arguments.degree, renderer.previewExposure()};
-  if (!name.folder.empty()) createFolder(name.folder);
-  removeAbandoned(name.folder.empty() ? "." : name.folder, [&](const std::string& target) {
+  createFolder(name.folder);
+  removeAbandoned(name.folder, [&](const std::string& target) {
     return std::ranges::any_of(shot.frames,
                                [&](int frame) { return name.file(frame).filename().string() == target; });
   });
@@ -238,6 +239,9 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
     for (size_t k = 0; k < shot.frames.size(); ++k) {
       const int frame = shot.frames[k];
       const auto pose = posed(frame);
+      if (pose->gaussians.size() == 0)
+        throw Error(fmt::format("frame {}: no surfel has a place and an area once warped", frame))
+            .in(arguments.script);
       writeGaussianPly(name.file(frame), pose->gaussians, look, comment,
                        stepOf(progress, gaussians::kStage, k, shot.frames.size()));
       add(name.file(frame), {{"frame", frame}, {"gaussians", pose->gaussians.size()}});
@@ -292,7 +296,7 @@ void addExportCommand(CLI::App& app, CommandWork& work) {
       ->check(wholeIn(1, std::numeric_limits<int64_t>::max()));
   addSimd(*command);
   arguments->options.add(*command, MethodOptions::Kind::render, [] { return &surfels::surfelMethod(); });
-  setWork(*command, work, "files that were finished are whole; there is no other",
+  setWork(*command, work, "the files that are there are whole",
           [arguments](const Progress& progress) { return runExport(*arguments, progress); });
 }
 

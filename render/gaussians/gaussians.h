@@ -4,7 +4,8 @@
 //              Rendering, TOG 42(4).
 //
 // Such programs blend Gaussians from front to back, o exp(-x^T Sigma^-1 x / 2) being the alpha of one with
-// the opacity o, while splats of surfels add up to 1. Gaussians are therefore narrower and nearly opaque.
+// the opacity o, while splats of surfels add up to 1. Gaussians are therefore nearly opaque, and a bit
+// narrower.
 #pragma once
 
 #include "render/gaussians/spherical_harmonics.h"
@@ -21,7 +22,7 @@ namespace surflect::gaussians {
 
 // Standard deviation of a Gaussian over the radius of its surfel, its opacity, and its thickness over the
 // shorter of its other two deviations.
-inline constexpr double kDeviationPerRadius = 0.45, kOpacity = 0.95, kThickness = 0.05;
+inline constexpr double kDeviationPerRadius = 0.55, kOpacity = 0.99, kThickness = 0.05;
 
 // An ellipsoid: Sigma = R diag(scale)^2 R^T, R of the quaternion.
 struct Shape {

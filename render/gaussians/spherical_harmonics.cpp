@@ -9,7 +9,7 @@ namespace surflect::gaussians {
 
 namespace {
 
-constexpr double kLambda = 1e-4; // of the penalty
+constexpr double kLambda = 1e-5; // of the penalty
 
 // Degree l of the j-th harmonic.
 int degreeOf(size_t j) { return j < 1 ? 0 : j < 4 ? 1 : j < 9 ? 2 : 3; }

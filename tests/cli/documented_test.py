@@ -252,6 +252,8 @@ class Documented(TestInFolder):
             extra = [] if "--frames" in asked else ["--frames", "1-1"]
             extra += [] if "--scale" in asked else ["--scale", "0.1"]
             extra += ["--every", "100"]
+        if command == "export":
+            extra = [] if "--every" in asked else ["--every", "100"]
         if command == "capture" and "--pack" in asked:
             extra = ["--tables", "off", *([] if "--surfels" in asked else ["--surfels", "1000"])]
         if command == "inspect" and "--overlay" in asked and "--max-frames" not in asked:

@@ -127,7 +127,7 @@ TEST_F(GaussiansOfSphere, ALambertSphereHasTheColourOfItsClosedForm) {
     const double cosine = n.dot(toLight.normalized());
     if (cosine < 0.3) continue;
     ++lit;
-    const double red = studio::albedo.r / std::numbers::pi * 9 * cosine / toLight.squaredNorm();
+    const double red = studio::Studio{}.albedo.r / std::numbers::pi * 9 * cosine / toLight.squaredNorm();
     const double error =
         kConstantHarmonic * looks[i].color[0][0] - double{image::srgbFromLinear(static_cast<float>(red / 2))};
     squared += error * error;
