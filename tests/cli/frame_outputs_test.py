@@ -18,6 +18,55 @@ LAYERS = SCRIPT.replace('"stretch"]', '"stretch", "position"]')
 NAME = "film.toml"
 
 
+# A matte ball seen from all sides, under light from all sides.
+BALL = """
+samples = 16
+transport = "direct"
+[camera]
+model = "orthographic"
+size = [48, 48]
+distance = 5
+height = 2.2
+[views]
+turntable = 8
+elevations_deg = [-30, 30]
+[lights]
+count = 64
+irradiance = [3, 3, 3]
+[[material]]
+name = "clay"
+type = "lambert"
+albedo = [0.8, 0.4, 0.2]
+[[object]]
+type = "sphere"
+material = "clay"
+radius = 1
+segments = 64
+"""
+BALL_FILM = """
+model = "ball.srf"
+[frames]
+first = 1
+last = 1
+[output]
+size = [96, 96]
+path = "f.#.exr"
+maps = ["albedo"]
+[camera]
+position = [4, 1, 0.5]
+look_at = [0, 0, 0]
+fov_deg = 32
+[[light]]
+type = "directional"
+direction = [1, 0, 1]
+"""
+
+
+def linear(sample):
+    encoded = sample / 65535
+    return encoded / 12.92 if encoded <= 0.04045 else ((encoded + 0.055) / 1.055) ** 2.4
+
+
 class TevServer:
     """The image viewer tev, as far as a client sees it [github.com/Tom94/tev, Ipc.h]."""
 
@@ -29,10 +78,12 @@ class TevServer:
         self.thread.start()
 
     def hang(self):
-        self.connection, _ = self.listener.accept()
+        with self.listener:
+            self.connection, _ = self.listener.accept()
 
     def serve(self):
-        connection, _ = self.listener.accept()
+        with self.listener:
+            connection, _ = self.listener.accept()
         with connection, connection.makefile("rb") as stream:
             while head := stream.read(4):
                 try:
@@ -130,10 +181,11 @@ class FrameOutputs(TestInFolder):
         path = self.folder / "film" / "frame.02.exr"
         m = struct.unpack("<16f", read_header(path)[0]["worldToCamera"][1])
         _, _, layers = read_exr(path)
-        for i, alpha in enumerate(layers["A"]):
-            if alpha == 1:
-                z = sum(layers[f"position.{axis}"][i] * m[4 * row + 2] for row, axis in enumerate("XYZ")) + m[14]
-                self.assertLess(abs(z - layers["depth.Z"][i]), 0.02)
+        errors = sorted(abs(sum(layers[f"position.{axis}"][i] * m[4 * row + 2] for row, axis in enumerate("XYZ")) + m[14] -
+                            layers["depth.Z"][i]) for i, alpha in enumerate(layers["A"]) if alpha == 1)
+        middle, most = errors[len(errors) // 2], errors[len(errors) * 9 // 10]
+        print(f"worldToCamera: depths of {len(errors)} pixels differ by {middle:.5f}, 9 of 10 by less than {most:.5f}")
+        self.assertLess(most, 0.0026)  # where surfaces share a pixel, position and depth are different means
 
     def test_a_foreign_reader_finds_the_standard_attributes(self):
         script = self.script_with("owner.toml", output='owner = "A Studio"', frames="fps = 23.976")
@@ -141,7 +193,7 @@ class FrameOutputs(TestInFolder):
         info = subprocess.run(["oiiotool", "--info", "-v", self.folder / "owner" / "frame.02.exr"], capture_output=True,
                               text=True, check=True).stdout
         for line in (r"FramesPerSecond: 24000/1001 ", r"worldtocamera: -?\d", r"worldtoNDC: -?\d", r"(owner|Copyright): \"A Studio\"",
-                     r"Software: \"surflect \d", r"imageCounter: 2\b", r"screenWindowWidth: 0\.7645", r"chromaticities: 0\.64, 0\.33"):
+                     r"Software: \"surflect \d", r"imageCounter: 2\b", r"screenWindowWidth: 0\.7646", r"chromaticities: 0\.64, 0\.33"):
             self.assertRegex(info, re.compile(line, re.I))
         self.assertNotIn("owner", read_header(self.folder / "film" / "frame.02.exr")[0])
 
@@ -174,7 +226,7 @@ class FrameOutputs(TestInFolder):
             middles.append(layers["depth.Z"][i] + black + (white - black) * heights[i][0] / 65535)
         worst_height = (max(middles) - min(middles)) / 2
         print(f"maps: normals {worst_normal:.5f}, heights {worst_height / white * 65535:.3f} of a step")
-        self.assertLess(worst_normal, 2e-3)  # the layer's halves
+        self.assertLess(worst_normal, 7e-4)  # the layer's halves
         self.assertLess(worst_height, 1.1 * white / 65535)  # half a step of 2 white / 65535
         for name, pixels in zip(names, (normals, heights, albedo)):
             shown = subprocess.run(["oiiotool", "--no-autopremult", "--info", "-v", "--dumpdata", self.folder / "maps" / name],
@@ -182,6 +234,21 @@ class FrameOutputs(TestInFolder):
             foreign = [tuple(map(int, samples.split())) for samples in re.findall(r"Pixel \(\d+, \d+\): ([\d ]+) \(", shown)]
             self.assertEqual(foreign, pixels, name)
         self.assertIn(b"tEXtheight of white\0", (self.folder / "maps" / names[1]).read_bytes())
+
+    def test_a_matte_ball_shows_its_albedo(self):
+        (self.folder / "ball.toml").write_text(BALL)
+        (self.folder / "ball_film.toml").write_text(BALL_FILM)
+        succeed("capture", self.folder / "ball.toml", "-o", self.folder / "ball")
+        succeed("pack", self.folder / "ball", "-o", self.folder / "ball.srf", "--surfels", "20000", "--tables", "off")
+        succeed("render", self.folder / "ball_film.toml", "-o", self.folder / "ball_film")
+        whole = [pixel for pixel in read_png(self.folder / "ball_film" / "f.1.albedo.png") if pixel[3] == 65535]
+        self.assertGreater(len(whole), 4000)
+        for channel, albedo in enumerate((0.8, 0.4, 0.2)):
+            shown = sorted(linear(pixel[channel]) / albedo for pixel in whole)
+            print(f"albedo {albedo}: times {shown[0]:.4f} to {shown[-1]:.4f}, middle {shown[len(shown) // 2]:.5f}")
+            self.assertGreater(shown[0], 0.985)
+            self.assertLess(shown[-1], 1.034)
+            self.assertLess(abs(shown[len(shown) // 2] - 1), 0.0013)
 
     def test_a_missing_map_is_rendered_again(self):
         script = self.script_with("resumed.toml", output='maps = ["height"]')
@@ -199,19 +266,23 @@ class FrameOutputs(TestInFolder):
     # Events.
 
     def test_a_program_can_react_to_a_frame_before_the_film_ends(self):
-        process = subprocess.Popen([SURFLECT, "render", self.script, "-o", self.folder / "events", "--json-lines", "--threads", "1"],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        events = []
-        for line in process.stdout:
-            events.append(json.loads(line))
-            if events[-1]["event"] == "frame" and len([e for e in events if e["event"] == "frame"]) == 1:
-                first = pathlib.Path(events[-1]["file"])
-                self.assertEqual(first.name, "frame.01.exr")
-                self.assertEqual(read_exr(first)[:2], (120, 90))  # whole already
-                self.assertIsNone(process.poll())
-                self.assertFalse((self.folder / "events" / "frame.03.exr").exists())
-        process.stderr.close()
-        self.assertEqual(process.wait(), 0)
+        script, events = self.folder / "long.toml", []
+        script.write_text(LAYERS.replace("last = 3", "last = 90"))
+        with subprocess.Popen([SURFLECT, "render", script, "-o", self.folder / "long", "--json-lines"],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+            for line in process.stdout:
+                events.append(json.loads(line))
+                if events[-1]["event"] == "frame" and events[-1]["frame"] == 1:
+                    process.terminate()
+        self.assertEqual(process.returncode, 143)
+        self.assertEqual((events[-1]["event"], events[-1]["status"]), ("end", 143))
+        first, = (event for event in events if event["event"] == "frame" and event["frame"] == 1)
+        self.assertEqual(read_exr(pathlib.Path(first["file"]))[:2], (120, 90))
+        self.assertFalse((self.folder / "long" / "frame.90.exr").exists())
+
+    def test_events_tell_the_course_of_a_film(self):
+        result = run("render", self.script, "-o", self.folder / "events", "--json-lines")
+        events = [json.loads(line) for line in result.stdout.splitlines()]
         self.assertEqual((events[0]["event"], events[0]["command"]), ("start", "render"))
         film, = (event for event in events if event["event"] == "film")
         self.assertEqual((film["first"], film["last"], film["size"]), (1, 3, [120, 90]))
@@ -268,6 +339,7 @@ class FrameOutputs(TestInFolder):
         script.write_text(script.read_text().replace("[120, 90]", "[1200, 900]"))  # more than sockets buffer
         result = run("render", script, "-o", self.folder / "held", "--display", f"127.0.0.1:{server.port}")
         self.assertEqual(result.returncode, 0)
+        server.connection.close()
         self.assertEqual(result.stderr.count("display 127"), 1, result.stderr)
         self.assertEqual(len(content(self.folder / "held")), 6)
 

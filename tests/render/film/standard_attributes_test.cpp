@@ -1,6 +1,5 @@
 #include "render/film/standard_attributes.h"
 
-#include "surfel/math/angle.h"
 #include "tests/srf/image/files.h"
 
 #include <Eigen/Geometry>
@@ -54,7 +53,7 @@ TEST(StandardAttributes, WorldToNdcProjectsAsTheCameraDoes) {
     largest = std::max({largest, std::abs(ndc.x * 640 - pixel.x), std::abs(ndc.y * 480 - pixel.y)});
   }
   RecordProperty("largest_pixels", std::to_string(largest));
-  EXPECT_LT(largest, 8e-4);
+  EXPECT_LT(largest, 2.4e-4);
 }
 
 TEST(StandardAttributes, WorldToCameraHasXRightYUpAndZAhead) {
