@@ -354,9 +354,10 @@ void requireAovs(const scene::Script& script, const method::Description& model) 
 
 // Exposure of the pictures for screens, in words.
 std::string exposureSentence(double stops) {
-  return fmt::format("PNG and video are exposed by {0:+.3f} stops, chosen by the film's brightest part; "
-                     "[camera] exposure = {0:.3f} fixes it, in the EXR too",
-                     stops == 0 ? 0 : stops); // no -0
+  return fmt::format(
+      "PNG and video are exposed by {0:+.3f} stops, so that the film's brightest part is white; "
+      "[camera] exposure = {0:.3f} fixes it, in the EXR too",
+      stops == 0 ? 0 : stops); // no -0
 }
 
 // Encodes frames that are on disk.

@@ -6,12 +6,13 @@
 // all pictures. OUT.png has a band for each in the same order: the middle row of pixels from left to right,
 // with the light moving from top to bottom.
 #include "bench/accuracy/program.h"
-#include "render/film/frame_file.h"
+#include "render/film/display.h"
 #include "render/surfels/frame.h"
 #include "srf/capture/photograph.h"
 #include "srf/image/image.h"
 #include "srf/model/model.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -104,7 +105,8 @@ Json lightSweep(const Words& words) {
   const image::Mask mask = coveredByAll(ways);
   Json report;
   for (const Way& way : ways) report[way.name] = jsonOf(way, ways[0], mask, model.white);
-  film::writePreview(words[2], bandsOf(ways), 1 / model.white);
+  writeFileAtomically(words[2], film::pngBytes(film::shownColor(
+                                    bandsOf(ways), {.white = model.white, .isTransparent = true})));
   return report;
 }
 

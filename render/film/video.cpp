@@ -67,6 +67,15 @@ std::vector<std::string> encoderWords(VideoFormat format, int width, int height,
   return words;
 }
 
+// Waits for the end of a process; returns whether it has succeeded.
+bool hasSucceeded(int process) {
+  int status = 0;
+  pid_t ended = 0;
+  do ended = ::waitpid(process, &status, 0);
+  while (ended < 0 && errno == EINTR);
+  return ended == process && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
 int even(int side) { return side + side % 2; }
 
 // The picture with its last column and row repeated up to a size.
@@ -152,7 +161,7 @@ VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int wid
 
 VideoWriter::~VideoWriter() {
   if (socket_ >= 0) ::close(socket_);
-  if (process_ > 0) ::waitpid(process_, nullptr, 0);
+  if (process_ > 0) hasSucceeded(process_);
   ::close(messages_);
 }
 
@@ -179,7 +188,7 @@ void VideoWriter::add(const DisplayPicture& frame) {
     const ssize_t written = ::send(socket_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
-      ::waitpid(std::exchange(process_, -1), nullptr, 0); // so that it has said why
+      hasSucceeded(std::exchange(process_, -1)); // by its end it has said why
       throw failure("ffmpeg has ended before the film");
     }
     done += static_cast<size_t>(written);
@@ -188,9 +197,7 @@ void VideoWriter::add(const DisplayPicture& frame) {
 
 void VideoWriter::finish() {
   ::close(std::exchange(socket_, -1));
-  int status = 0;
-  ::waitpid(std::exchange(process_, -1), &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw failure("ffmpeg could not encode the film");
+  if (!hasSucceeded(std::exchange(process_, -1))) throw failure("ffmpeg could not encode the film");
   target_.commit();
 }
 

@@ -295,6 +295,31 @@ class Page(InBrowser):
         self.assertGreater(self.brightness(), 1.2 * dark)
         self.changed_by(lambda: Select(self.by("tone")).select_by_value("filmic"))
 
+    def test_a_scripts_finish_is_changed_in_the_script(self):
+        self.open("section-view")
+        self.js("surflect.app.store.edit((doc) => { doc.camera.exposure = 1;"
+                "doc.output = { ...doc.output, tone: 'filmic', background: [0, 0, 1] }; })")
+        self.rest()
+        self.until("document.getElementById('tone').value === 'filmic'")
+        self.assertEqual([self.js("return document.getElementById(arguments[0]).value", name) for name in ("exposure", "background")],
+                         ["1", "#0000ff"])
+        self.assertFalse(self.by("auto-white").is_enabled())
+        dark = self.brightness()
+        self.js("const e = document.getElementById('exposure'); e.value = 3; e.dispatchEvent(new Event('input', {bubbles: true}));"
+                "e.dispatchEvent(new Event('change', {bubbles: true}))")
+        self.rest()
+        self.assertGreater(self.brightness(), 1.05 * dark)
+        self.changed_by(lambda: Select(self.by("tone")).select_by_value("none"))
+        doc = self.doc()
+        self.assertEqual((doc["camera"]["exposure"], doc["output"]["tone"], doc["output"]["background"]), (3, "none", [0, 0, 1]))
+        self.assertEqual(self.js("return surflect.app.store.view.exposure"), 0)
+        time.sleep(0.5)
+        self.page.refresh()
+        self.rest()
+        self.assertEqual(self.doc(), doc)
+        self.js("surflect.app.store.edit((doc) => { doc.camera.exposure = 's'; })")
+        self.until("document.getElementById('exposure').disabled")
+
     def test_a_pixel_tells_its_values_and_photographs(self):
         self.press("mode-probe")
         ActionChains(self.page).move_to_element(self.by("canvas")).click().perform()
