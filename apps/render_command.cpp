@@ -220,7 +220,7 @@ std::optional<std::string> stepsOf(const film::ShotRenderer& shot, int frame, do
   std::vector<std::string> blurs;
   for (const auto& [name, pixels] : {std::pair{"motion", steps.motion}, {"defocus", steps.defocus}})
     if (pixels > 0) blurs.push_back(fmt::format("{} of up to {:.0f} pixels", name, pixels));
-  return fmt::format("{} by {} shows steps: {} samples have none above {} pixels ([output] samples)",
+  return fmt::format("steps show: {} by {}; {} samples have none above {} pixels ([output] samples)",
                      fmt::join(blurs, " and "), counted(static_cast<size_t>(samples), "sample"), steps.needed,
                      film::ShotRenderer::kSeenStep);
 }

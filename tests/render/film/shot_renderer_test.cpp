@@ -277,8 +277,8 @@ TEST(DepthOfField, ASpotBecomesTheCircleOfConfusion) {
     }
   const Vec2<double> moment = square / sum - (mean / sum).cwiseAbs2() - Vec2<double>(1, 1);
   const double diameter = 1.5 * 64 * (6 - 2.5) / (6 * 2.5);
-  EXPECT_NEAR(4 * std::sqrt(moment[0]) / diameter, 1, 0.01);
-  EXPECT_NEAR(4 * std::sqrt(moment[1]) / diameter, 1, 0.01);
+  EXPECT_NEAR(4 * std::sqrt(moment[0]) / diameter, 1, 0.004);
+  EXPECT_NEAR(4 * std::sqrt(moment[1]) / diameter, 1, 0.004);
 }
 
 TEST(DepthOfField, TheFocusIsWhereTheCameraLooksUnlessGiven) {
