@@ -89,7 +89,7 @@ class Export(TestInFolder):
             turn = arrays["quatf[] orientations", frame].reshape(-1, 4)[:, [3, 0, 1, 2]]  # three.js has w last
             np.testing.assert_allclose(turn, splat_raster.columns(ours, "rot", 4), atol=1e-6)
             scale = arrays["float3[] scales", frame].reshape(-1, 3)
-            np.testing.assert_allclose(scale, np.exp(splat_raster.columns(ours, "scale", 3)), rtol=2e-5)
+            np.testing.assert_allclose(scale, np.exp(splat_raster.columns(ours, "scale", 3)), rtol=6e-5)
             color = arrays["float3[] radiance:sphericalHarmonicsCoefficients", frame].reshape(count, 16, 3)
             np.testing.assert_allclose(color[:, 0], splat_raster.columns(ours, "f_dc", 3), rtol=1e-3, atol=1e-4)
             rest = splat_raster.columns(ours, "f_rest", 45).reshape(count, 3, 15).transpose(0, 2, 1)
@@ -118,13 +118,11 @@ class Export(TestInFolder):
         return splat_raster.draw(gaussians, turn, shift, focal, (SIZE[0] / 2, SIZE[1] / 2), SIZE)
 
     def test_drawn_plainly_they_look_like_the_programs_own_frames(self):
-        for frame, least in ((1, 20), (2, 20), (3, 20)):
+        for frame, least in ((1, 23), (2, 25.5), (3, 25.5)):
             wanted, inside = self.own(frame)
             picture = self.drawn(frame)
-            print(f"frame {frame}: {decibels(picture[:, :, :3], wanted, inside | (picture[:, :, 3] > 0.5)):.1f} dB, "
-                  f"alpha {picture[inside][:, 3].mean():.4f}")
             self.assertGreater(decibels(picture[:, :, :3], wanted, inside | (picture[:, :, 3] > 0.5)), least)
-            self.assertGreater(picture[inside][:, 3].mean(), 0.9)
+            self.assertGreater(picture[inside][:, 3].mean(), 0.998)
 
     def test_a_webgl_viewer_draws_what_the_equations_say(self):
         turn, shift, focal = self.place(2)
@@ -136,8 +134,7 @@ class Export(TestInFolder):
         (self.folder / "page.png").write_bytes(png)
         picture = pixels_of(self.folder / "page.png")[:, :, :3]
         plain = self.drawn(2)
-        print(f"WebGL: {decibels(picture, np.clip(plain[:, :, :3], 0, 1), plain[:, :, 3] > 0.5):.1f} dB")
-        self.assertGreater(decibels(picture, np.clip(plain[:, :, :3], 0, 1), plain[:, :, 3] > 0.5), 25)
+        self.assertGreater(decibels(picture, np.clip(plain[:, :, :3], 0, 1), plain[:, :, 3] > 0.5), 33)
 
     def test_fewer_gaussians_and_lower_degrees_make_smaller_files(self):
         path = self.folder / "small.ply"

@@ -4,6 +4,7 @@
 //
 // FILE.ply: PlayCanvas's splat-transform; FILE.usda: the parser of three.js. OUT holds the values one array after the other,
 // little-endian; stdout is JSON: [[name, times or null, how many], ...], and what a file says of itself.
+import { execFileSync } from "node:child_process";
 import fs from "node:fs";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
@@ -13,11 +14,9 @@ const load = name => import(pathToFileURL(path.resolve(readers, name)));
 const arrays = [];
 let stage = null;
 if (file.endsWith(".ply")) {
-  const { readFile, MemoryReadFileSystem } = await load("splat-transform/dist/index.mjs");
-  const fileSystem = new MemoryReadFileSystem();
-  fileSystem.set("a.ply", new Uint8Array(fs.readFileSync(file)));
-  const [table] = await readFile({ filename: "a.ply", inputFormat: "ply", options: {}, params: [], fileSystem });
-  for (const column of table.columns) arrays.push([column.name, null, column.data]);
+  execFileSync("node", [path.join(readers, "splat-transform/bin/cli.mjs"), "--quiet", "--overwrite", file, out + ".csv"]);
+  const [names, ...rows] = fs.readFileSync(out + ".csv", "utf8").trim().split("\n").map(line => line.split(","));
+  names.forEach((name, k) => arrays.push([name, null, rows.map(row => Number(row[k]))]));
 } else {
   const { USDAParser } = await load("three/examples/jsm/loaders/usd/USDAParser.js");
   const specs = new USDAParser().parseData(fs.readFileSync(file, "utf8")).specsByPath;

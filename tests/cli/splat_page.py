@@ -19,7 +19,7 @@ PAGE = """<!doctype html><meta charset="utf-8"><title>waiting</title>
 <script type="importmap">{"imports": {"three": "./three/build/three.module.js"}}</script>
 <script type="module">
 import * as THREE from "three";
-import { Viewer, SceneFormat, LogLevel } from "./gaussian-splats-3d/build/gaussian-splats-3d.module.js";
+import { Viewer, SceneFormat, SceneRevealMode, LogLevel } from "./gaussian-splats-3d/build/gaussian-splats-3d.module.js";
 window.onunhandledrejection = event => { document.title = "failed: " + event.reason; };
 const { object_from_camera, fov } = CAMERA;
 const camera = new THREE.PerspectiveCamera(fov, WIDTH / HEIGHT, 0.1, 100);
@@ -32,13 +32,14 @@ renderer.setClearColor(new THREE.Color(0, 0, 0), 1);
 document.getElementById("view").appendChild(renderer.domElement);
 const viewer = new Viewer({ selfDrivenMode: false, useBuiltInControls: false, renderer, camera, rootElement: document.getElementById("view"),
   ignoreDevicePixelRatio: true, gpuAcceleratedSort: false, sharedMemoryForWorkers: false, integerBasedSort: false, sphericalHarmonicsDegree: 2,
-  logLevel: LogLevel.None, inMemoryCompressionLevel: 0, freeIntermediateSplatData: false });
+  logLevel: LogLevel.None, sceneRevealMode: SceneRevealMode.Instant, inMemoryCompressionLevel: 0, freeIntermediateSplatData: false });
 await viewer.addSplatScene("splats.ply", { format: SceneFormat.Ply, showLoadingUI: false, splatAlphaRemovalThreshold: 0 });
-for (let turn = 0; turn < 40; ++turn) {
-  viewer.update();
-  viewer.render();
-  await new Promise(done => setTimeout(done, 100));
-}
+while (!viewer.splatRenderReady) await new Promise(done => setTimeout(done, 50));
+viewer.update();
+await viewer.runSplatSort(true, true);
+await viewer.sortPromise;
+viewer.update();
+viewer.render();
 window.count = viewer.splatMesh.getSplatCount();
 window.picture = renderer.domElement.toDataURL("image/png");
 document.title = "drawn";

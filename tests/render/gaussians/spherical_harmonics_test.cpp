@@ -38,7 +38,7 @@ TEST(SphericalHarmonics, AreOrthonormalOverTheSphere) {
     const Eigen::Map<const Eigen::Matrix<double, kMostCoefficients, 1>> column(y.data());
     products += 4 * std::numbers::pi / static_cast<double>(directions.size()) * column * column.transpose();
   }
-  EXPECT_LT((products - decltype(products)::Identity()).cwiseAbs().maxCoeff(), 2e-4);
+  EXPECT_LT((products - decltype(products)::Identity()).cwiseAbs().maxCoeff(), 8e-6);
 }
 
 // std::sph_legendre has the Condon-Shortley phase (-1)^m.
@@ -77,8 +77,7 @@ TEST(FittedHarmonics, AConstantColourIsTheFirstCoefficientAloneWithoutRounding) 
   }
 }
 
-// The penalty leaves the more of a smooth function the lower its degree: measured 0.0006 over the hemisphere
-// whose samples are fitted.
+// Measured: 0.025, which the penalty takes from the third degree, of colours that vary by 0.3.
 TEST(FittedHarmonics, AColourOfTheirDegreeComesBackOverTheHemisphereThatIsSeen) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-0.1, 0.1);
@@ -102,7 +101,7 @@ TEST(FittedHarmonics, AColourOfTheirDegreeComesBackOverTheHemisphereThatIsSeen) 
           largest = std::max(largest, std::abs(colorAt(fit, harmonics[k])[channel] - colors[k][channel]));
       for (size_t j = coefficientsOf(degree); j < kMostCoefficients; ++j) EXPECT_EQ(fit[j], Color{});
     }
-  EXPECT_LT(largest, 0.0012);
+  EXPECT_LT(largest, 0.045);
 }
 
 TEST(FittedHarmonics, WithoutWeightAreZero) {
