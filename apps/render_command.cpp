@@ -439,12 +439,11 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   if (!arguments.display.empty())
     display.emplace(displayAddress(arguments.display), script.path.filename().string(),
                     [](const std::string& line) { say(line); });
+  const capture::Lens lens = shot.camera(range.first, arguments.scale).lens;
   event("film", {{"first", range.first},
                  {"last", range.last},
                  {"every", arguments.every},
-                 {"size",
-                  {shot.camera(range.first, arguments.scale).lens.width,
-                   shot.camera(range.first, arguments.scale).lens.height}}});
+                 {"size", {lens.width, lens.height}}});
   const Stopwatch film;
   film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
                           progress);

@@ -38,9 +38,9 @@ struct Output {
   int width = 0, height = 0; // 1..16384
   std::string path;          // as written: "frame.####.exr"; see framePath in scene.h
   bool png = false;
-  std::string owner;             // of the frames, for their headers; may be empty
-  std::vector<std::string> aov;  // each one of aovNames, none twice
-  std::vector<std::string> maps; // each one of mapNames, none twice
+  std::string owner = {};             // of the frames, for their headers; may be empty
+  std::vector<std::string> aov = {};  // each one of aovNames, none twice
+  std::vector<std::string> maps = {}; // each one of mapNames, none twice
 };
 inline constexpr std::array<std::string_view, 3> mapNames = {"normal", "height", "albedo"};
 inline constexpr std::array<std::string_view, 8> aovNames = {
