@@ -512,9 +512,7 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
   event("film", {{"first", range.first},
                  {"last", range.last},
                  {"every", arguments.every},
-                 {"size",
-                  {shot.camera(range.first, arguments.scale).lens.width,
-                   shot.camera(range.first, arguments.scale).lens.height}}});
+                 {"size", {lens.width, lens.height}}});
   const Stopwatch film;
   film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
                           progress);

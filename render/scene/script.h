@@ -60,12 +60,12 @@ struct Output {
   int width = 0, height = 0; // 1..16384
   std::string path;          // as written: "frame.####.exr"; see framePath in scene.h
   bool png = false;
-  std::string video; // as written: "film.mp4" or "film.mov"; empty: none
-  Finish finish;
-  std::string owner;             // of the frames, for their headers; may be empty
-  std::vector<std::string> aov;  // each one of aovNames, none twice
-  std::vector<std::string> maps; // each one of mapNames, none twice
-  int samples = 16;              // pictures that a blurred frame averages; 1..mostSamples
+  std::string video = {}; // as written: "film.mp4" or "film.mov"; empty: none
+  Finish finish = {};
+  std::string owner = {};             // of the frames, for their headers; may be empty
+  std::vector<std::string> aov = {};  // each one of aovNames, none twice
+  std::vector<std::string> maps = {}; // each one of mapNames, none twice
+  int samples = 16;                   // pictures that a blurred frame averages; 1..mostSamples
 };
 inline constexpr int mostSamples = 1024;
 inline constexpr std::array<std::string_view, 3> mapNames = {"normal", "height", "albedo"};

@@ -9,6 +9,7 @@ import os
 import re
 import shlex
 import shutil
+import struct
 import subprocess
 import unittest
 
@@ -347,6 +348,8 @@ class Documented(TestInFolder):
         rig = (folder / "rig.glb").read_bytes().replace(b'"Nod"', b'"Wave"').replace(b'"CC0 1.0"', b'"CC0 1."')
         (folder / "arm.glb").write_bytes(rig)
         shutil.copy(folder / "cage.obj", folder / "doll.obj")
+        points = [float(x) for line in (folder / "cage.obj").read_text().splitlines() if line.startswith("v ") for x in line.split()[1:4]]
+        (folder / "bend.mdd").write_bytes(struct.pack(f">2if{len(points)}f", 1, len(points) // 3, 0, *points))
         count = 0
         for page in ("script.md", "film.md", "lightstage.md", "import.md"):
             first = None

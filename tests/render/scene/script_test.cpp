@@ -588,7 +588,7 @@ TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int i = 0; i < 200; ++i) {
     Script script;
-    script.output = Output{640, 480, "a.#.exr", false, {}, {}, {}};
+    script.output = Output{640, 480, "a.#.exr"};
     const Vec3<double> target(uniform(random), uniform(random), uniform(random));
     const Vec3<double> position =
         target + Vec3<double>(2 + uniform(random), uniform(random), 1 + uniform(random));
@@ -620,7 +620,7 @@ TEST(Shot, ALookAtCameraSeesItsTargetInTheMiddleAndItsUpUpwards) {
 
 Vec3<double> orbitPosition(const warp::Track3& up, double azimuth, double elevation) {
   Script script;
-  script.output = Output{64, 64, "a.#.exr", false, {}, {}, {}};
+  script.output = Output{64, 64, "a.#.exr"};
   script.camera = OrbitCamera{{1, 2, 3}, up, 2, azimuth, elevation, 30};
   return cameraAt(script, {}).center().raw() - Vec3<double>(1, 2, 3);
 }
