@@ -13,37 +13,44 @@ Occluders occludersOf(const SurfelCloud& cloud, const LevelsOfDetail& levels, si
   for (uint32_t i = 0; i < cloud.size(); ++i) {
     if (levels.of(i).size() <= level) continue;
     occluders.surfels.push_back(i);
-    occluders.radius.push_back(levels.of(i)[level].radius);
+    occluders.splats.push_back(levels.of(i)[level]);
   }
-  if (!occluders.radius.empty())
-    occluders.clearance = static_cast<float>(median({occluders.radius.begin(), occluders.radius.end()}));
+  std::vector<float> radii;
+  for (const DetailSplat& splat : occluders.splats) radii.push_back(splat.radius);
+  if (!radii.empty()) occluders.clearance = static_cast<float>(median({radii.begin(), radii.end()}));
   return occluders;
 }
 
-DiscCaster<AcquisitionSpace> casterOf(const Occluders& occluders, const SurfelCloud& cloud,
-                                      const Progress& progress) {
-  std::vector<Point3<AcquisitionSpace>> centers;
-  std::vector<Normal3<AcquisitionSpace>> normals;
-  for (const uint32_t i : occluders.surfels) {
-    centers.push_back(cloud.p0[i]);
-    normals.push_back(assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2)));
-  }
-  return {centers, normals, occluders.radius, progress};
+namespace {
+
+template <class Space>
+OpaqueSplat<Space> opaque(const Point3<Space>& center, const Vec3<float>& u, const Vec3<float>& v,
+                          const DetailSplat& splat) {
+  const float reach = kReachPerRadius * splat.radius;
+  return {center, assume<Direction3<Space>>(Vec3<float>(reach * u)),
+          assume<Direction3<Space>>(Vec3<float>(reach * v)), splat.coverage};
 }
 
-DiscCaster<ObjectSpace> casterOf(const Occluders& occluders, const DeformedCloud& deformed,
-                                 const Progress& progress) {
-  std::vector<Point3<ObjectSpace>> centers;
-  std::vector<Normal3<ObjectSpace>> normals;
-  std::vector<float> radii;
-  for (size_t i = 0; i < deformed.size(); ++i) {
-    if (deformed.handedness[i] == Handedness::dead) continue;
-    const Vec3<float> u = deformed.u[i].raw(), v = deformed.v[i].raw();
-    centers.push_back(deformed.p[i]);
-    normals.push_back(assume<Normal3<ObjectSpace>>(u.cross(v).normalized()));
-    radii.push_back(longerAxis(u, v) * occluders.radius[i]);
+} // namespace
+
+SplatCaster<AcquisitionSpace> casterOf(const Occluders& occluders, const SurfelCloud& cloud,
+                                       const Progress& progress) {
+  std::vector<OpaqueSplat<AcquisitionSpace>> splats;
+  for (size_t i = 0; i < occluders.surfels.size(); ++i) {
+    const uint32_t surfel = occluders.surfels[i];
+    const Mat3<float> frame = rotationOf<float>(cloud.r0[surfel]);
+    splats.push_back(opaque(cloud.p0[surfel], frame.col(0), frame.col(1), occluders.splats[i]));
   }
-  return {centers, normals, radii, progress};
+  return SplatCaster(splats, progress);
+}
+
+SplatCaster<ObjectSpace> casterOf(const Occluders& occluders, const DeformedCloud& deformed,
+                                  const Progress& progress) {
+  std::vector<OpaqueSplat<ObjectSpace>> splats;
+  for (size_t i = 0; i < deformed.size(); ++i)
+    if (deformed.handedness[i] != Handedness::dead)
+      splats.push_back(opaque(deformed.p[i], deformed.u[i].raw(), deformed.v[i].raw(), occluders.splats[i]));
+  return SplatCaster(splats, progress);
 }
 
 } // namespace surflect

@@ -48,7 +48,7 @@ void CastShadows::fill(const DeformedCloud& deformed, std::span<const uint32_t> 
           assume<Direction3<ObjectSpace, double>>(isDistant ? way : Vec3<double>(way / distance));
       const auto lit = static_cast<float>(weights::terminatorFade(dot(normal, towards)));
       batch.reached[query * lights_.size() + l] =
-          lit > 0 && !isHidden(caster_, p, normal, towards, distance, clearance) ? lit : 0;
+          lit > 0 ? lit * reaching(caster_, p, normal, towards, distance, clearance) : 0;
     }
   });
 }

@@ -23,7 +23,8 @@ public:
   CastShadows(const Occluders& occluders, const SurfelCloud& cloud, const scene::Scene& scene,
               const Progress& progress = {});
 
-  // Fills batch.reached, with 0 or terminatorFade, for queries at these surfels of a deformed cloud.
+  // Fills batch.reached for queries at these surfels of a deformed cloud: terminatorFade, times the part of
+  // the light that occluders leave.
   // Environments have no entries.
   void fill(const DeformedCloud& deformed, std::span<const uint32_t> surfels,
             weights::QueryBatch& batch) const;
@@ -35,7 +36,7 @@ private:
   };
   std::vector<Light> lights_;
   double clearance_;
-  DiscCaster<ObjectSpace> caster_;
+  SplatCaster<ObjectSpace> caster_;
 };
 
 } // namespace surflect::surfels

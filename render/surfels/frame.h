@@ -41,7 +41,7 @@ struct FrameStats {
   // with a light table, which cost less, count as tabulated.
   size_t lights = 0, tabulatedLights = 0;
   size_t pairLights = 0; // directional, point and key lights whose photographs are weighted by pairs
-  size_t occluders = 0;  // discs that cast shadows
+  size_t occluders = 0;  // splats that cast shadows
   size_t environments = 0;
   shading::ShadingStats shading;
   // Stages: "warp", "shadows" if they are used, "splat", "queries", "ulr" (of cameras and lights), "look-up",

@@ -83,7 +83,7 @@ GroundShadow::GroundShadow(const Occluders& occluders, const DeformedCloud& defo
     if (deformed.handedness[i] == Handedness::dead) continue;
     box.extend(deformed.p[i].raw().cast<double>());
     widest = std::max(widest, double{longerAxis(deformed.u[i].raw(), deformed.v[i].raw())} *
-                                  double{occluders.radius[i]});
+                                  double{kReachPerRadius * occluders.splats[i].radius});
   }
   if (!box.isEmpty()) {
     middle_ = box.center();
@@ -131,46 +131,46 @@ double GroundShadow::irradianceOf(const Light& light, const Vec3<double>& p) con
 
 // Rays start where they enter the sphere around the occluders, so that they are precise however far away the
 // point is. The ground itself is no occluder, and rays need no offset from it.
-bool GroundShadow::isBlocked(const Light& light, const Vec3<double>& p) const {
+double GroundShadow::blockedOf(const Light& light, const Vec3<double>& p) const {
   const Vec3<double> way = light.isDistant ? light.place : Vec3<double>(light.place - p);
   const double distance = light.isDistant ? std::numeric_limits<double>::infinity() : way.norm();
   const Vec3<double> towards = light.isDistant ? way : Vec3<double>(way / distance);
   const Vec3<double> toMiddle = middle_ - p;
   const double along = toMiddle.dot(towards);
   const double half = radius_ * radius_ - (toMiddle - along * towards).squaredNorm();
-  if (!(half > 0)) return false;
+  if (!(half > 0)) return 0;
   const double begin = std::max(0.0, along - std::sqrt(half)), end = along + std::sqrt(half);
-  if (!(end > 0 && begin < distance)) return false;
-  return caster_.occluded(assume<Point3<ObjectSpace, double>>(p + begin * towards),
-                          assume<Direction3<ObjectSpace, double>>(towards), 0, distance - begin);
+  if (!(end > 0 && begin < distance)) return 0;
+  return caster_.blocked(assume<Point3<ObjectSpace, double>>(p + begin * towards),
+                         assume<Direction3<ObjectSpace, double>>(towards), 0, distance - begin);
 }
 
 double GroundShadow::softDensity(const Point3<ObjectSpace, double>& p) const {
   double blocked = 0;
   for (size_t l = hard_; l < lights_.size(); ++l)
-    if (isBlocked(lights_[l], p.raw())) blocked += irradianceOf(lights_[l], p.raw());
+    blocked += blockedOf(lights_[l], p.raw()) * irradianceOf(lights_[l], p.raw());
   return softIrradiance_ > 0 ? blocked / softIrradiance_ : 0;
 }
 
-void GroundShadow::blockHard(const GroundPoint& p, std::span<uint8_t> isBlockedBy) const {
-  for (size_t l = 0; l < hard_; ++l) isBlockedBy[l] = p && isBlocked(lights_[l], p->raw());
+void GroundShadow::blockHard(const GroundPoint& p, std::span<double> blocked) const {
+  for (size_t l = 0; l < hard_; ++l) blocked[l] = p ? blockedOf(lights_[l], p->raw()) : 0;
 }
 
-double GroundShadow::densityOf(const Point3<ObjectSpace, double>& p, std::span<const uint8_t> isBlockedBy,
+double GroundShadow::densityOf(const Point3<ObjectSpace, double>& p, std::span<const double> blocked,
                                double soft) const {
-  double blocked = softIrradiance_ * soft, all = softIrradiance_;
+  double lost = softIrradiance_ * soft, all = softIrradiance_;
   for (size_t l = 0; l < hard_; ++l) {
     const double irradiance = irradianceOf(lights_[l], p.raw());
     all += irradiance;
-    if (isBlockedBy[l]) blocked += irradiance;
+    lost += blocked[l] * irradiance;
   }
-  return all > 0 ? std::min(1.0, blocked / all) : 0;
+  return all > 0 ? std::min(1.0, lost / all) : 0;
 }
 
 double GroundShadow::density(const Point3<ObjectSpace, double>& p) const {
-  std::vector<uint8_t> isBlockedBy(hard_);
-  blockHard(p, isBlockedBy);
-  return densityOf(p, isBlockedBy, softDensity(p));
+  std::vector<double> blocked(hard_);
+  blockHard(p, blocked);
+  return densityOf(p, blocked, softDensity(p));
 }
 
 auto GroundShadow::pointAt(capture::Pixel pixel) const -> GroundPoint {
@@ -238,13 +238,14 @@ struct GroundShadow::Tile {
 void GroundShadow::draw(const Tile& tile, const SoftGrid& soft, image::Image& picture) const {
   const auto corners = static_cast<size_t>(tile.x1 - tile.x0 + 1);
   const size_t rows = static_cast<size_t>(tile.y1 - tile.y0 + 1);
-  std::vector<uint8_t> isOnGround(corners * rows), isBlockedBy(corners * rows * hard_), within(hard_);
+  std::vector<uint8_t> isOnGround(corners * rows);
+  std::vector<double> blocked(corners * rows * hard_), within(hard_);
   for (int y = tile.y0; y <= tile.y1; ++y)
     for (int x = tile.x0; x <= tile.x1; ++x) {
       const size_t corner = static_cast<size_t>(y - tile.y0) * corners + static_cast<size_t>(x - tile.x0);
       const GroundPoint p = pointAt({double(x), double(y)});
       isOnGround[corner] = p.has_value();
-      blockHard(p, std::span(isBlockedBy).subspan(corner * hard_, hard_));
+      blockHard(p, std::span(blocked).subspan(corner * hard_, hard_));
     }
   const auto softAt = [&](int x, int y, const GroundPoint& middle) -> double {
     if (soft.values.empty() || !middle) return 0;
@@ -256,7 +257,7 @@ void GroundShadow::draw(const Tile& tile, const SoftGrid& soft, image::Image& pi
       const size_t first = static_cast<size_t>(y - tile.y0) * corners + static_cast<size_t>(x - tile.x0);
       const std::array<size_t, 4> around{first, first + 1, first + corners, first + corners + 1};
       const auto blockedAt = [&](size_t corner) {
-        return std::span<const uint8_t>(isBlockedBy).subspan(corner * hard_, hard_);
+        return std::span<const double>(blocked).subspan(corner * hard_, hard_);
       };
       const auto onGround = std::ranges::count_if(around, [&](size_t corner) { return isOnGround[corner]; });
       if (onGround == 0) continue;

@@ -1,7 +1,7 @@
 // Shadow that a deformed cloud casts on the ground of a scene.
 //
 // Symbols: n unit normal of the ground, p point on it, w(l, p) irradiance of light l at p without the object,
-//          as brightness; V(l, p) is 1 where the light reaches p, else 0.
+//          as brightness; V(l, p) part of the light that reaches p.
 //
 //   density(p) = sum w (1 - V) / sum w,   over all lights above the ground
 //
@@ -81,11 +81,11 @@ private:
                GroundEnvironments& environments, const Progress& progress);
 
   double irradianceOf(const Light& light, const Vec3<double>& p) const;
-  bool isBlocked(const Light& light, const Vec3<double>& p) const;
+  // Part of the light that the object keeps away from a point, 0..1.
+  double blockedOf(const Light& light, const Vec3<double>& p) const;
   double softDensity(const Point3<ObjectSpace, double>& p) const;
-  double densityOf(const Point3<ObjectSpace, double>& p, std::span<const uint8_t> isBlockedBy,
-                   double soft) const;
-  void blockHard(const GroundPoint& p, std::span<uint8_t> isBlockedBy) const;
+  double densityOf(const Point3<ObjectSpace, double>& p, std::span<const double> blocked, double soft) const;
+  void blockHard(const GroundPoint& p, std::span<double> blocked) const;
   SoftGrid softGrid(const Progress& progress) const;
   void draw(const Tile& tile, const SoftGrid& soft, image::Image& picture) const;
 
@@ -97,7 +97,7 @@ private:
   double softIrradiance_ = 0; // of all soft lights, the same all over the ground
   Vec3<double> middle_;       // of a sphere around the occluders
   double radius_ = 0;
-  DiscCaster<ObjectSpace> caster_;
+  SplatCaster<ObjectSpace> caster_;
 };
 
 // Puts the shadow behind the object: alpha becomes alpha + (1 - alpha) x strength x density. Pixels of

@@ -13,7 +13,7 @@ VisibilityWeights shadowStates(const SurfelCloud& cloud, const Occluders& occlud
   if (cloud.size() == 0 || lights.empty()) return result;
   progress("shadows", 0);
   const auto viewpoints = viewpointsOf(lights);
-  const DiscCaster<AcquisitionSpace> caster = casterOf(occluders, cloud, progress);
+  const SplatCaster<AcquisitionSpace> caster = casterOf(occluders, cloud, progress);
   const auto normalOf = [&](size_t i) {
     return assume<Normal3<AcquisitionSpace>>(rotationOf<float>(cloud.r0[i]).col(2));
   };
@@ -28,8 +28,8 @@ VisibilityWeights shadowStates(const SurfelCloud& cloud, const Occluders& occlud
     const auto p = cloud.p0[i].cast<double>();
     const auto normal = normalOf(i).cast<double>();
     for (size_t light = 0; light < lights.size(); ++light)
-      free[i * lights.size() + light] = !isHidden(caster, p, normal, viewpoints[light].towards(p),
-                                                  viewpoints[light].distance(p), occluders.clearance);
+      free[i * lights.size() + light] = reaching(caster, p, normal, viewpoints[light].towards(p),
+                                                 viewpoints[light].distance(p), occluders.clearance) >= 0.5f;
   });
   progress("shadows", 0.5);
   const SmoothedVisibility votes(cloud, viewpoints, std::move(free), visibilityRadius(cloud), progress);

@@ -1,5 +1,5 @@
-// Rays against triangles, and shadow rays against opaque discs, by Embree in robust mode. A ray that is not
-// finite, or from over 1e18 away, meets nothing.
+// Rays against triangles, by Embree in robust mode. A ray that is not finite, or from over 1e18 away, meets
+// nothing.
 #pragma once
 
 #include "surfel/base/time.h"
@@ -45,30 +45,7 @@ private:
   std::unique_ptr<const Scene> scene_;
 };
 
-// Shadow rays against opaque, two-sided discs.
-template <class Space> class DiscCaster {
-public:
-  // Discs around `centers` with unit `normals` and positive `radii`, one of each for every disc; they are
-  // copied. Throws Error where they do not fit into memory, and Cancelled.
-  DiscCaster(const std::vector<Point3<Space>>& centers, const std::vector<Normal3<Space>>& normals,
-             const std::vector<float>& radii, const Progress& progress = {});
-  ~DiscCaster();
-  DiscCaster(DiscCaster&&) noexcept;
-  DiscCaster& operator=(DiscCaster&&) noexcept;
-
-  // Returns whether a disc blocks the ray from `origin` along a unit direction, between `offset` and
-  // `distance`.
-  bool occluded(const Point3<Space, double>& origin, const Direction3<Space, double>& direction,
-                double offset, double distance) const;
-
-private:
-  struct Scene;
-  std::unique_ptr<const Scene> scene_;
-};
-
 extern template class RayCaster<AcquisitionSpace>;
 extern template class RayCaster<ObjectSpace>;
-extern template class DiscCaster<AcquisitionSpace>;
-extern template class DiscCaster<ObjectSpace>;
 
 } // namespace surflect

@@ -28,8 +28,10 @@ struct RestingSphere {
   RestingSphere() {
     std::mt19937 random(1);
     cloud = testing::unitSphere(20000, random);
-    occluders.radius = cloud.radius;
-    for (uint32_t i = 0; i < cloud.size(); ++i) occluders.surfels.push_back(i);
+    for (uint32_t i = 0; i < cloud.size(); ++i) {
+      occluders.surfels.push_back(i);
+      occluders.splats.push_back({cloud.radius[i], cloud.coverage[i]});
+    }
     camera.lens = {.width = 160, .height = 120, .focalX = 120, .focalY = 120, .centerX = 80, .centerY = 60};
     const V3 eye(0, -5, 5), back = (eye - V3(0, 0, -1)).normalized(), right(1, 0, 0);
     Mat3<double> rotation;

@@ -16,7 +16,7 @@ SurfelCloud floorAndRoof() {
     cloud.p0.push_back({x, y, z});
     cloud.r0.push_back({0, 0, static_cast<float>(isLower)});
     cloud.radius.push_back(kSpacing);
-    cloud.coverage.push_back(0.2f);
+    cloud.coverage.push_back(0.44f); // Gaussians add up to 1
   };
   for (float y = -2; y < 2; y += kSpacing)
     for (float x = -2; x < 2; x += kSpacing) add(x, y, 0, false);
@@ -28,7 +28,7 @@ SurfelCloud floorAndRoof() {
 Occluders allOf(const SurfelCloud& cloud) {
   Occluders occluders;
   for (uint32_t i = 0; i < cloud.size(); ++i)
-    occluders.surfels.push_back(i), occluders.radius.push_back(kSpacing);
+    occluders.surfels.push_back(i), occluders.splats.push_back({cloud.radius[i], cloud.coverage[i]});
   occluders.clearance = kSpacing;
   return occluders;
 }
