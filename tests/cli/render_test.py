@@ -212,13 +212,13 @@ class Render(TestInFolder):
             self.assertIn(image, result.stderr)
 
     def lines_about(self, *warps, look_at="[0, 0, 0]"):
-        """Lines of `render` on stderr for a film under these warps, without the last."""
+        """Lines of `render` on stderr for a film under these warps, without its exposure and the last."""
         script = self.folder / "misfit.toml"
         text = SCRIPT.partition("[[warp]]")[0].replace("look_at = [0, 0, 0]", f"look_at = {look_at}")
         script.write_text(text + "".join(f"[[warp]]\n{warp}\n" for warp in warps))
         result = run("render", script, "-o", self.folder / "misfit", "--scale", "0.2")
         self.assertEqual(result.returncode, 0, result.stderr)
-        return result.stderr.splitlines()[:-1]
+        return [line for line in result.stderr.splitlines()[:-1] if not line.startswith("PNG and video are exposed")]
 
     def test_a_film_that_is_all_but_empty_is_told_once(self):
         self.assertEqual(self.lines_about('type = "scale"\nfactor = [1, 1, 1]'), [])
