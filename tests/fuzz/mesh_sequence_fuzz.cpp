@@ -2,8 +2,8 @@
 #include "tests/fuzz/fuzz.h"
 #include "warp/mesh_sequence.h"
 
-// A mesh at rest, and a key before another one that is at rest; of kind 'p' they are PLY, else OBJ. Of kind 'c',
-// a mesh in OBJ and a point cache.
+// A mesh at rest, and a key before another one that is at rest; of kind 'p' they are PLY, else OBJ. Of kind
+// 'c', a mesh in OBJ and a point cache.
 void surflect::fuzz_mesh_sequence(std::string_view input) {
   static const FuzzFolder folder;
   const TwoFiles files = twoFilesOf(input);
