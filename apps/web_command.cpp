@@ -49,11 +49,12 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
   folder.commit();
 
   const planes::Errors leftOut = planes::meanOf(report.leftOut);
-  say(fmt::format("{}: {} x {} pixels, {} photographs as {} planes, {:.1f} MB; photographs are shown to {:.1f} dB "
-                  "(sRGB), those of a light that was left out to {:.1f} dB",
-                  (std::filesystem::path(arguments.output) / "index.html").string(), stack.width(), stack.height(),
-                  stack.size(), report.planes, static_cast<double>(report.bytes) / 1e6, report.captured.srgbDb(),
-                  leftOut.srgbDb()));
+  say(fmt::format(
+      "{}: {} x {} pixels, {} photographs as {} planes, {:.1f} MB; photographs are shown to {:.1f} dB "
+      "(sRGB), those of a light that was left out to {:.1f} dB",
+      (std::filesystem::path(arguments.output) / "index.html").string(), stack.width(), stack.height(),
+      stack.size(), report.planes, static_cast<double>(report.bytes) / 1e6, report.captured.srgbDb(),
+      leftOut.srgbDb()));
   if (!report.hasNormals) say("the lights lie in a plane with the object: the page has no normals");
   Json lights = Json::array();
   for (const planes::LeftOutLight& light : report.leftOut)
@@ -70,7 +71,8 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
           {"tiles", report.tiles},
           {"bytes", report.bytes},
           {"white", report.white},
-          {"captured", {{"psnr_linear_db", report.captured.linearDb()}, {"psnr_srgb_db", report.captured.srgbDb()}}},
+          {"captured",
+           {{"psnr_linear_db", report.captured.linearDb()}, {"psnr_srgb_db", report.captured.srgbDb()}}},
           {"left_out",
            {{"psnr_linear_db", leftOut.linearDb()}, {"psnr_srgb_db", leftOut.srgbDb()}, {"lights", lights}}}};
 }
@@ -79,14 +81,16 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
 
 void addWebCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<WebArguments>();
-  CLI::App* command =
-      app.add_subcommand("web", "a page that any browser opens from its folder: one view under a lamp to drag");
+  CLI::App* command = app.add_subcommand(
+      "web", "a page that any browser opens from its folder: one view under a lamp to drag");
   command->footer("Example: surflect web cat -o page/");
   addCaptureArgument(*command, arguments->capture);
   command->add_option("-o,--output", arguments->output, "folder of the page; one that is there is replaced")
       ->required();
   command->add_option("--title", arguments->title, "title of the page; default: the capture's name");
-  command->add_option("--planes", arguments->page.planes, "pictures that stand for the photographs: more are closer")
+  command
+      ->add_option("--planes", arguments->page.planes,
+                   "pictures that stand for the photographs: more are closer")
       ->capture_default_str()
       ->check(CLI::Range(1, web::kMostPlanes));
   command->add_option("--quality", arguments->page.quality, "of their JPEG")
@@ -97,6 +101,7 @@ void addWebCommand(CLI::App& app, CommandWork& work) {
           "--pixels-per-mm", [arguments](double scale) { arguments->page.pixelsPerMm = scale; },
           "scale of the picture, for the scale bar and lengths")
       ->check(CLI::Range(1e-6, 1e6));
+  command->add_flag("--ptm", arguments->page.ptm, "write object.ptm too, for other RTI viewers");
   command->add_option("--annotations", arguments->annotations,
                       "JSON file with the page's annotations; default: those of the folder");
   setWork(*command, work, "the folder is as it was",

@@ -22,8 +22,7 @@ constexpr std::array<std::string_view, 5> kKeys{"x", "y", "width", "height", "te
 void checkAnnotation(const json& note) {
   if (!note.is_object()) throw Error::mismatch("an object", note.type_name());
   for (const auto& [key, value] : note.items()) {
-    if (std::ranges::find(kKeys, key) == kKeys.end())
-      throw Error("unknown" + didYouMean(key, kKeys)).at(key);
+    if (std::ranges::find(kKeys, key) == kKeys.end()) throw Error("unknown" + didYouMean(key, kKeys)).at(key);
     if (key == "text" ? !value.is_string() : !value.is_number())
       throw Error::mismatch(key == "text" ? "text" : "a number", value.type_name()).at(key);
     if (key != "text" && !(std::abs(value.get<double>()) <= kFarthestPixel))

@@ -11,7 +11,8 @@
 
 namespace surflect::web {
 
-// Name of the file in the folder of a page. Annotations in it are those of the page, and survive another export.
+// Name of the file in the folder of a page. Annotations in it are those of the page, and survive another
+// export.
 inline constexpr const char* kAnnotationsFile = "annotations.json";
 
 // Text of no annotations.

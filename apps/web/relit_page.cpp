@@ -6,6 +6,7 @@
 #include "srf/planes/light_interpolation.h"
 #include "srf/planes/normals.h"
 #include "srf/planes/plane_coder.h"
+#include "srf/planes/ptm.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
@@ -42,13 +43,13 @@ void writeText(const fs::path& path, std::string_view text) {
   if (!file.flush()) throw Error("cannot write").in(path);
 }
 
-// A script that calls a function of the page with a value. "<" never ends a script element, as the text is a file.
+// A script that hands a value, JSON in ASCII, to a function of the page.
 std::string scriptOf(std::string_view function, const std::string& value) {
   return fmt::format("surflect.{}({});\n", function, value);
 }
 
-// Errors of decoded samples under their own lights. Tiles add them in any order, so sums are of whole tiles, in the
-// order of tiles.
+// Errors of decoded samples under their own lights. Tiles add them in any order, so sums are of whole tiles,
+// in the order of tiles.
 struct SampledErrors {
   double linear = 0, srgb = 0;
   size_t count = 0;
@@ -90,9 +91,10 @@ std::vector<Tile> tilesOf(int width, int height) {
 // Sums of what the decoded planes of a tile show at samples, against the photographs.
 class CapturedErrors {
 public:
-  CapturedErrors(const planes::Stack& stack, const planes::Samples& samples, const planes::Basis& basis, float white,
-                 float evaluatedWhite)
-      : samples_(samples), basis_(basis), white_(white), evaluatedWhite_(evaluatedWhite), width_(stack.width()) {}
+  CapturedErrors(const planes::Stack& stack, const planes::Samples& samples, const planes::Basis& basis,
+                 float white, float evaluatedWhite)
+      : samples_(samples), basis_(basis), white_(white), evaluatedWhite_(evaluatedWhite),
+        width_(stack.width()) {}
 
   // `grey` holds the decoded bytes of each plane.
   SampledErrors of(const Tile& tile, const std::vector<std::vector<uint8_t>>& grey,
@@ -100,12 +102,13 @@ public:
     SampledErrors errors;
     const auto width = static_cast<size_t>(width_);
     const auto begin = std::ranges::lower_bound(samples_.pixels, static_cast<size_t>(tile.y) * kTile * width);
-    const auto end = std::ranges::lower_bound(
-        samples_.pixels, static_cast<size_t>(tile.y * kTile + tile.height) * width);
+    const auto end =
+        std::ranges::lower_bound(samples_.pixels, static_cast<size_t>(tile.y * kTile + tile.height) * width);
     Eigen::VectorXf coefficients(basis_.planes());
     for (auto at = begin; at != end; ++at) {
       const auto i = static_cast<size_t>(at - samples_.pixels.begin());
-      const int x = static_cast<int>(*at % width) - tile.x * kTile, y = static_cast<int>(*at / width) - tile.y * kTile;
+      const int x = static_cast<int>(*at % width) - tile.x * kTile,
+                y = static_cast<int>(*at / width) - tile.y * kTile;
       if (samples_.inside[i] == 0 || x < 0 || x >= tile.width) continue;
       const auto in = static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x);
       for (Eigen::Index k = 0; k < basis_.planes(); ++k)
@@ -141,11 +144,13 @@ Json rounded(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-// What the page needs to draw planes under a light.
-Json dataOf(const planes::Stack& stack, const planes::Basis& basis, std::span<const planes::PlaneRange> ranges,
-            const PageOptions& options, const PageReport& report) {
+// Description of the planes and lights for the page.
+Json dataOf(const planes::Stack& stack, const planes::Basis& basis,
+            std::span<const planes::PlaneRange> ranges, const PageOptions& options,
+            const PageReport& report) {
   const planes::LightInterpolation interpolation(stack.towardsLights);
-  // Row f, column (plane, channel): what feature f of the light adds to the weight of a plane; plane 0 is the mean.
+  // Row f, column (plane, channel): what feature f of the light adds to the weight of a plane; plane 0 is the
+  // mean.
   const auto lights = static_cast<Eigen::Index>(stack.size());
   Eigen::MatrixXd table(lights, 3 * (basis.planes() + 1));
   for (Eigen::Index l = 0; l < lights; ++l)
@@ -154,7 +159,8 @@ Json dataOf(const planes::Stack& stack, const planes::Basis& basis, std::span<co
       for (Eigen::Index k = 0; k < basis.planes(); ++k)
         table(l, 3 * (k + 1) + c) = static_cast<double>(basis.vectors(3 * l + c, k));
     }
-  Json data = {{"title", options.title}, {"width", stack.width()}, {"height", stack.height()}, {"tile", kTile}};
+  Json data = {
+      {"title", options.title}, {"width", stack.width()}, {"height", stack.height()}, {"tile", kTile}};
   data["levels"] = report.levels;
   data["planes"] = report.planes;
   data["normals"] = report.hasNormals;
@@ -177,8 +183,10 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
                           const Progress& progress) {
   PageReport report;
   const size_t rows = 3 * stack.size();
-  const planes::Samples samples = planes::sample(stack, std::min(kMostSamples, kSampleNumbers / rows), progress);
-  const float white = planes::whiteOf(samples, kBelowWhite), evaluatedWhite = planes::whiteOf(samples, kBelowEvaluatedWhite);
+  const planes::Samples samples =
+      planes::sample(stack, std::min(kMostSamples, kSampleNumbers / rows), progress);
+  const float white = planes::whiteOf(samples, kBelowWhite),
+              evaluatedWhite = planes::whiteOf(samples, kBelowEvaluatedWhite);
   report.white = white;
   report.leftOut =
       planes::leaveLightsOut(stack, samples, evaluatedWhite, options.planes, kLightsLeftOut, progress);
@@ -225,12 +233,14 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
       for (size_t k = 0; k < level.values.size(); ++k) {
         for (int y = 0; y < tile.height; ++y)
           for (int x = 0; x < tile.width; ++x)
-            grey[static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x)] = planes::byteOf(
-                ranges[k], level.values[k][static_cast<size_t>(tile.y * kTile + y) * static_cast<size_t>(level.width) +
-                                           static_cast<size_t>(tile.x * kTile + x)]);
+            grey[static_cast<size_t>(y) * static_cast<size_t>(tile.width) + static_cast<size_t>(x)] =
+                planes::byteOf(ranges[k], level.values[k][static_cast<size_t>(tile.y * kTile + y) *
+                                                              static_cast<size_t>(level.width) +
+                                                          static_cast<size_t>(tile.x * kTile + x)]);
         const std::string jpeg = planes::greyJpeg(grey, tile.width, tile.height, ranges[k].quality);
         list += (k > 0 ? ",\"" : "\"") + base64(jpeg) + '"';
-        if (n == 0 && k < static_cast<size_t>(report.planes)) decoded.push_back(planes::greyOf(jpeg, tile.width, tile.height));
+        if (n == 0 && k < static_cast<size_t>(report.planes))
+          decoded.push_back(planes::greyOf(jpeg, tile.width, tile.height));
       }
       const std::string name = fmt::format("{}_{}", tile.x, tile.y);
       writeText(place / (name + ".js"), fmt::format("surflect.tile(\"{}/{}\",[{}]);\n", n, name, list));
@@ -239,12 +249,14 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
       done += static_cast<double>(count);
       progress("tiles", done / all);
     });
-    for (const SampledErrors& of : errors) sum.linear += of.linear, sum.srgb += of.srgb, sum.count += of.count;
+    for (const SampledErrors& of : errors)
+      sum.linear += of.linear, sum.srgb += of.srgb, sum.count += of.count;
     report.tiles += static_cast<int>(tiles.size());
   }
   const auto count = static_cast<double>(std::max<size_t>(sum.count, 1));
   report.captured = {sum.linear / count, sum.srgb / count};
 
+  if (options.ptm) writeText(folder / "object.ptm", planes::lrgbPtm(stack, white, progress));
   for (const PageFile& file : kPage) {
     std::string text(file.text);
     if (const size_t at = text.find("TITLE"); file.name == "index.html" && at != text.npos)
@@ -256,8 +268,10 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
   writeText(folder / "data.js", scriptOf("data", data.dump(-1, ' ', true, Json::error_handler_t::replace)));
   writeText(folder / kAnnotationsFile, options.annotations);
   writeText(folder / "annotations.js",
-            scriptOf("annotations", Json::parse(options.annotations).dump(-1, ' ', true, Json::error_handler_t::replace)));
-  writeText(folder / kMarkFile, fmt::format("{{ \"surflect_page\": \"relit view\", \"version\": \"{}\" }}\n", kVersion));
+            scriptOf("annotations",
+                     Json::parse(options.annotations).dump(-1, ' ', true, Json::error_handler_t::replace)));
+  writeText(folder / kMarkFile,
+            fmt::format("{{ \"surflect_page\": \"relit view\", \"version\": \"{}\" }}\n", kVersion));
   report.bytes = bytesIn(folder);
   return report;
 }

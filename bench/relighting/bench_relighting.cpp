@@ -1,10 +1,11 @@
-// Photographs of lights that were left out, by principal planes, PTM and HSH, all coded as the same kind of JPEG.
+// Photographs of lights that were left out, by principal planes, PTM and HSH, all coded as the same kind of
+// JPEG.
 //
 //   bench_relighting CAPTURE [--planes N ...] [--quality Q] [--most N]
 //
 // [Malzbender 2001] T. Malzbender, D. Gelb, H. Wolters: Polynomial Texture Maps, SIGGRAPH.
-// [Gautron 2004] P. Gautron, J. Krivanek, S. Pattanaik, K. Bouatouch: A Novel Hemispherical Basis for Accurate and
-// Efficient Rendering, EGSR.
+// [Gautron 2004] P. Gautron, J. Krivanek, S. Pattanaik, K. Bouatouch: A Novel Hemispherical Basis for
+// Accurate and Efficient Rendering, EGSR.
 
 #include "srf/capture/capture.h"
 #include "srf/image/color.h"
@@ -90,11 +91,13 @@ Coded coded(const Matrix& planes, int width, int height, int quality, bool share
   std::vector<uint8_t> grey(static_cast<size_t>(planes.cols()));
   for (Eigen::Index k = 0; k < planes.rows(); ++k) {
     const PlaneRange& range = ranges[static_cast<size_t>(k)];
-    for (Eigen::Index i = 0; i < planes.cols(); ++i) grey[static_cast<size_t>(i)] = byteOf(range, planes(k, i));
+    for (Eigen::Index i = 0; i < planes.cols(); ++i)
+      grey[static_cast<size_t>(i)] = byteOf(range, planes(k, i));
     const std::string jpeg = greyJpeg(grey, width, height, range.quality);
     result.bytes += jpeg.size();
     const std::vector<uint8_t> back = greyOf(jpeg, width, height);
-    for (Eigen::Index i = 0; i < planes.cols(); ++i) result.values(k, i) = valueOf(range, back[static_cast<size_t>(i)]);
+    for (Eigen::Index i = 0; i < planes.cols(); ++i)
+      result.values(k, i) = valueOf(range, back[static_cast<size_t>(i)]);
   }
   return result;
 }
@@ -107,7 +110,8 @@ Errors errorsOf(const Matrix& predicted, const Samples& samples, size_t photogra
     if (samples.inside[static_cast<size_t>(i)] != 0)
       for (Eigen::Index c = 0; c < 3; ++c, ++count) {
         const float got = std::clamp(predicted(c, i), 0.f, 1.f);
-        const float wanted = std::clamp(samples.linear(static_cast<Eigen::Index>(3 * photograph) + c, i) / white, 0.f, 1.f);
+        const float wanted =
+            std::clamp(samples.linear(static_cast<Eigen::Index>(3 * photograph) + c, i) / white, 0.f, 1.f);
         const auto linear = static_cast<double>(got - wanted);
         const auto srgb = static_cast<double>(image::srgbFromLinear(got) - image::srgbFromLinear(wanted));
         errors.linear += linear * linear;
@@ -148,7 +152,8 @@ std::vector<size_t> without(size_t count, size_t leftOut) {
 Eigen::VectorXi rowsOf(const std::vector<size_t>& photographs) {
   Eigen::VectorXi rows(static_cast<Eigen::Index>(3 * photographs.size()));
   for (size_t i = 0; i < photographs.size(); ++i)
-    for (size_t c = 0; c < 3; ++c) rows[static_cast<Eigen::Index>(3 * i + c)] = static_cast<int>(3 * photographs[i] + c);
+    for (size_t c = 0; c < 3; ++c)
+      rows[static_cast<Eigen::Index>(3 * i + c)] = static_cast<int>(3 * photographs[i] + c);
   return rows;
 }
 
@@ -164,8 +169,9 @@ Prediction byPlanes(const Scene& scene, size_t leftOut, Eigen::Index count) {
   const Basis basis = principalBasis({scene.moments.mean(rows), scene.moments.covariance(rows, rows)}, count);
   const Matrix planes = basis.vectors.transpose() * (scene.encoded(rows, Eigen::all).colwise() - basis.mean);
   const Coded stored = coded(planes, scene.stack.width(), scene.stack.height(), scene.quality, true);
-  const Eigen::VectorXf weights =
-      LightInterpolation(directionsOf(scene.stack, kept)).weights(scene.stack.towardsLights[leftOut]).cast<float>();
+  const Eigen::VectorXf weights = LightInterpolation(directionsOf(scene.stack, kept))
+                                      .weights(scene.stack.towardsLights[leftOut])
+                                      .cast<float>();
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   Matrix vectors = Matrix::Zero(3, basis.planes());
   for (Eigen::Index l = 0; l < weights.size(); ++l) {
@@ -176,14 +182,16 @@ Prediction byPlanes(const Scene& scene, size_t leftOut, Eigen::Index count) {
   return {predicted.unaryExpr([](float v) { return decoded(v); }), stored.bytes};
 }
 
-// Ridge regression of each pixel and channel over a basis, of linear or of encoded values. `ridge` is relative to the
-// number of lights; it keeps bases of more functions than lights from swinging between them.
-Prediction byFit(const Scene& scene, size_t leftOut, const LightBasis& functions, bool isEncoded, double ridge) {
+// Ridge regression of each pixel and channel over a basis, of linear or of encoded values. `ridge` is
+// relative to the number of lights; it keeps bases of more functions than lights from swinging between them.
+Prediction byFit(const Scene& scene, size_t leftOut, const LightBasis& functions, bool isEncoded,
+                 double ridge) {
   const std::vector<size_t> kept = without(scene.stack.size(), leftOut);
   const std::vector<Vec3<double>> directions = directionsOf(scene.stack, kept);
   const Eigen::VectorXd now = functions(scene.stack.towardsLights[leftOut]);
   Eigen::MatrixXd design(static_cast<Eigen::Index>(kept.size()), now.size());
-  for (size_t l = 0; l < kept.size(); ++l) design.row(static_cast<Eigen::Index>(l)) = functions(directions[l]).transpose();
+  for (size_t l = 0; l < kept.size(); ++l)
+    design.row(static_cast<Eigen::Index>(l)) = functions(directions[l]).transpose();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(now.size(), now.size());
   const Eigen::MatrixXd normal =
       design.transpose() * design + ridge * static_cast<double>(kept.size()) * identity;
@@ -196,7 +204,8 @@ Prediction byFit(const Scene& scene, size_t leftOut, const LightBasis& functions
       if (isEncoded)
         values.row(static_cast<Eigen::Index>(l)) = scene.encoded.row(row);
       else
-        values.row(static_cast<Eigen::Index>(l)) = (scene.samples.linear.row(row) / scene.white).cwiseMin(1.f);
+        values.row(static_cast<Eigen::Index>(l)) =
+            (scene.samples.linear.row(row) / scene.white).cwiseMin(1.f);
     }
     const Coded stored = coded(fit * values, scene.stack.width(), scene.stack.height(), scene.quality, false);
     prediction.bytes += stored.bytes;
@@ -217,13 +226,16 @@ Prediction byLrgbPtm(const Scene& scene, size_t leftOut) {
   for (Eigen::Index l = 0; l < lights; ++l) {
     design.row(l) = ptm(directions[static_cast<size_t>(l)]).transpose();
     const Matrix rgb =
-        (scene.samples.linear.middleRows<3>(static_cast<Eigen::Index>(3 * kept[static_cast<size_t>(l)])) / scene.white).cwiseMin(1.f);
+        (scene.samples.linear.middleRows<3>(static_cast<Eigen::Index>(3 * kept[static_cast<size_t>(l)])) /
+         scene.white)
+            .cwiseMin(1.f);
     luma.row(l) = 0.2126f * rgb.row(0) + 0.7152f * rgb.row(1) + 0.0722f * rgb.row(2);
     color += rgb;
   }
   const Eigen::RowVectorXf sum = luma.colwise().sum().cwiseMax(1e-6f);
   for (Eigen::Index c = 0; c < 3; ++c) color.row(c) = color.row(c).cwiseQuotient(sum);
-  const Matrix fit = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(design).pseudoInverse().cast<float>();
+  const Matrix fit =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(design).pseudoInverse().cast<float>();
   const Coded polynomial = coded(fit * luma, scene.stack.width(), scene.stack.height(), scene.quality, false);
   const Coded colors = coded(color, scene.stack.width(), scene.stack.height(), scene.quality, false);
   const Eigen::RowVectorXf found =
@@ -264,7 +276,8 @@ int main(int argc, char** argv) {
     const float white = whiteOf(samples, 0.995);
     const Matrix values = encodedSamples(samples, white);
     const Scene scene{stack, samples, values, momentsOf(values), white, quality, most};
-    nlohmann::ordered_json report = {{"lights", stack.size()}, {"width", stack.width()}, {"height", stack.height()}};
+    nlohmann::ordered_json report = {
+        {"lights", stack.size()}, {"width", stack.width()}, {"height", stack.height()}};
     const auto add = [&](const std::string& name, const std::function<Prediction(size_t)>& predict) {
       const Result result = measured(scene, predict);
       report["methods"][name] = {{"bytes", result.bytes},
@@ -282,7 +295,8 @@ int main(int argc, char** argv) {
       for (const int order : {2, 3})
         for (const double ridge : {1e-3, 1e-2})
           add(fmt::format("HSH {}{}, ridge {}", order, space, ridge), [&](size_t leftOut) {
-            return byFit(scene, leftOut, [&](const Vec3<double>& l) { return hsh(l, order); }, isEncoded, ridge);
+            return byFit(
+                scene, leftOut, [&](const Vec3<double>& l) { return hsh(l, order); }, isEncoded, ridge);
           });
     }
     fmt::print("{}\n", report.dump(2));

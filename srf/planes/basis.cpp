@@ -57,7 +57,8 @@ Planes projected(const Stack& stack, const Basis& basis, float white, const Prog
         for (size_t x = 0; x < width; ++x) channels[c][x] = encoded(row[3 * x + c] / white);
       }
       for (size_t k = 0; k < count; ++k) {
-        const auto part = basis.vectors.col(static_cast<Eigen::Index>(k)).segment<3>(static_cast<Eigen::Index>(3 * p));
+        const auto part =
+            basis.vectors.col(static_cast<Eigen::Index>(k)).segment<3>(static_cast<Eigen::Index>(3 * p));
         const float r = part[0], g = part[1], b = part[2];
         float* const plane = planes.values[k].data() + y * width;
         for (size_t x = 0; x < width; ++x)

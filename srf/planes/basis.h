@@ -1,13 +1,14 @@
-// Principal planes of photographs: few pictures whose weighted sums are the photographs of one view under many lights.
+// Principal planes of photographs: few pictures whose weighted sums are the photographs of one view under
+// many lights.
 //
 // [Pearson 1901] K. Pearson: On Lines and Planes of Closest Fit to Systems of Points in Space.
-// [Malzbender 2001] T. Malzbender, D. Gelb, H. Wolters: Polynomial Texture Maps, SIGGRAPH: one function of the light a
-// pixel. Here the functions are those that the photographs themselves have in common.
+// [Malzbender 2001] T. Malzbender, D. Gelb, H. Wolters: Polynomial Texture Maps, SIGGRAPH: one function of
+// the light a pixel. Here the functions are those that the photographs themselves have in common.
 //
 //   e_lc(x) ~ m_lc + sum_k B_lck a_k(x)
 //
-// Symbols: x pixel, l photograph, c channel, e encoded value, m mean, B orthonormal columns (#photographs x 3 rows), a_k
-// plane k.
+// Symbols: x pixel, l photograph, c channel, e encoded value, m mean, B orthonormal columns (#photographs x 3
+// rows), a_k plane k.
 #pragma once
 
 #include "srf/planes/stack.h"
@@ -21,8 +22,8 @@
 
 namespace surflect::planes {
 
-// Encoding in which errors are about as visible in dark as in bright pixels: a square root whose slope at black is that
-// of sRGB. Its inverse costs two products.
+// Encoding in which errors are about as visible in dark as in bright pixels: a square root whose slope at
+// black is that of sRGB. Its inverse costs two products.
 inline const float kToe = std::sqrt(0.0015f);
 
 inline float encoded(float linear) { return std::sqrt(std::clamp(linear, 0.f, 1.f) + kToe * kToe) - kToe; }
@@ -58,7 +59,8 @@ struct Planes {
   size_t pixels() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
 };
 
-// a_k = sum_lc B_lck (e_lc - m_lc). Reads one photograph after another, and holds the planes and one photograph.
+// a_k = sum_lc B_lck (e_lc - m_lc). Reads one photograph after another, and holds the planes and one
+// photograph.
 Planes projected(const Stack& stack, const Basis& basis, float white, const Progress& progress);
 
 // Each pixel is the mean of up to 2 x 2 pixels.

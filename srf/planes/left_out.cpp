@@ -27,8 +27,8 @@ Eigen::VectorXi rowsWithout(size_t photographs, size_t leftOut) {
 double Errors::linearDb() const { return decibels(linear); }
 double Errors::srgbDb() const { return decibels(srgb); }
 
-std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samples, float white, Eigen::Index planes,
-                                         size_t most, const Progress& progress) {
+std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samples, float white,
+                                         Eigen::Index planes, size_t most, const Progress& progress) {
   const Eigen::MatrixXf values = encodedSamples(samples, white);
   const Moments moments = momentsOf(values);
   std::vector<LeftOutLight> results;
@@ -59,7 +59,8 @@ std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samp
       const Eigen::Vector3f predicted = mean + toLight * input;
       for (Eigen::Index c = 0; c < 3; ++c) {
         const float got = std::min(decoded(predicted[c]), 1.f);
-        const float wanted = std::clamp(samples.linear(static_cast<Eigen::Index>(3 * leftOut) + c, i) / white, 0.f, 1.f);
+        const float wanted =
+            std::clamp(samples.linear(static_cast<Eigen::Index>(3 * leftOut) + c, i) / white, 0.f, 1.f);
         const auto linear = static_cast<double>(got - wanted);
         const auto srgb = static_cast<double>(image::srgbFromLinear(got) - image::srgbFromLinear(wanted));
         result.errors.linear += linear * linear;

@@ -17,14 +17,15 @@ struct Errors {
   double srgbDb() const;
 };
 
-// Predicts the photographs of a few lights, each from planes of all others; samples off the object do not count. The
-// planes are not compressed. One entry for each light left out, evenly spaced in the stack's order, `most` of them.
+// Predicts the photographs of a few lights, each from planes of all others; samples off the object do not
+// count. The planes are not compressed. One entry for each light left out, evenly spaced in the stack's
+// order, `most` of them.
 struct LeftOutLight {
   size_t photograph = 0;
   Errors errors;
 };
-std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samples, float white, Eigen::Index planes,
-                                         size_t most, const Progress& progress);
+std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samples, float white,
+                                         Eigen::Index planes, size_t most, const Progress& progress);
 
 // Mean of mean squares.
 Errors meanOf(const std::vector<LeftOutLight>& lights);

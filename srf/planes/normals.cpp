@@ -20,7 +20,8 @@ constexpr size_t kLightsForNormals = 12;
 
 bool tellNormals(std::span<const Vec3<double>> towardsLights) {
   Eigen::MatrixXd directions(3, static_cast<Eigen::Index>(towardsLights.size()));
-  for (size_t l = 0; l < towardsLights.size(); ++l) directions.col(static_cast<Eigen::Index>(l)) = towardsLights[l];
+  for (size_t l = 0; l < towardsLights.size(); ++l)
+    directions.col(static_cast<Eigen::Index>(l)) = towardsLights[l];
   const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(directions).singularValues();
   return values.size() == 3 && values[2] > 0.02 * values[0];
 }

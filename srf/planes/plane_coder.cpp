@@ -24,7 +24,8 @@ void shareSteps(std::span<PlaneRange> ranges, int quality) {
   float widest = 0;
   for (const PlaneRange& range : ranges) widest = std::max(widest, range.most - range.least);
   for (PlaneRange& range : ranges) {
-    const double steps = stepsOf(quality) * static_cast<double>(widest) / static_cast<double>(range.most - range.least);
+    const double steps =
+        stepsOf(quality) * static_cast<double>(widest) / static_cast<double>(range.most - range.least);
     const double shared = steps > 100 ? 5000 / steps : 100 - steps / 2;
     range.quality = std::clamp(static_cast<int>(std::lround(shared)), 1, 100);
   }
@@ -40,9 +41,10 @@ std::string greyJpeg(std::span<const uint8_t> grey, int width, int height, int q
   const std::unique_ptr<void, decltype(&tjDestroy)> encoder(tjInitCompress(), &tjDestroy);
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
-  const int failed = encoder ? tjCompress2(encoder.get(), grey.data(), width, 0, height, TJPF_GRAY, &bytes, &size,
-                                           TJSAMP_GRAY, quality, TJFLAG_ACCURATEDCT | TJFLAG_PROGRESSIVE)
-                             : -1;
+  const int failed = encoder
+                         ? tjCompress2(encoder.get(), grey.data(), width, 0, height, TJPF_GRAY, &bytes, &size,
+                                       TJSAMP_GRAY, quality, TJFLAG_ACCURATEDCT | TJFLAG_PROGRESSIVE)
+                         : -1;
   const std::unique_ptr<unsigned char, decltype(&tjFree)> owned(bytes, &tjFree);
   if (failed != 0) throw Error(std::string("a plane cannot be encoded as JPEG: ") + tjGetErrorStr());
   return {reinterpret_cast<const char*>(bytes), size};
@@ -52,8 +54,8 @@ std::vector<uint8_t> greyOf(std::string_view jpeg, int width, int height) {
   const std::unique_ptr<void, decltype(&tjDestroy)> decoder(tjInitDecompress(), &tjDestroy);
   const auto* const bytes = reinterpret_cast<const unsigned char*>(jpeg.data());
   int foundWidth = 0, foundHeight = 0, subsampling = 0, colors = 0;
-  if (!decoder || tjDecompressHeader3(decoder.get(), bytes, jpeg.size(), &foundWidth, &foundHeight, &subsampling,
-                                      &colors) != 0)
+  if (!decoder || tjDecompressHeader3(decoder.get(), bytes, jpeg.size(), &foundWidth, &foundHeight,
+                                      &subsampling, &colors) != 0)
     throw Error(std::string("a plane is no JPEG: ") + tjGetErrorStr());
   if (foundWidth != width || foundHeight != height)
     throw Error::mismatch(sizeText(width, height), sizeText(foundWidth, foundHeight)).at("plane");

@@ -1,8 +1,8 @@
 // Planes as grey JPEG pictures of 8 bits.
 //
 // Planes of an orthonormal basis add their errors: the sum is least where each plane has the same error
-// [Cover 2006, §10.3.3, reverse water-filling]. So the steps of the transform are as large in each plane's own unit: a
-// plane of a tenth of the first one's range has ten times its steps on the way from 0 to 255.
+// [Cover 2006, §10.3.3, reverse water-filling]. So the steps of the transform are as large in each plane's
+// own unit: a plane of a tenth of the first one's range has ten times its steps on the way from 0 to 255.
 //
 // [Cover 2006] T. M. Cover, J. A. Thomas: Elements of Information Theory, 2nd edition.
 #pragma once
@@ -24,7 +24,8 @@ struct PlaneRange {
 // Range of a plane's values, at full width if they are all equal.
 PlaneRange rangeOf(std::span<const float> values);
 
-// Scale of JPEG's table of steps in percent, by quality: 5000 / q below 50, then 200 - 2 q [libjpeg, jcparam.c].
+// Scale of JPEG's table of steps in percent, by quality: 5000 / q below 50, then 200 - 2 q [libjpeg,
+// jcparam.c].
 double stepsOf(int quality);
 // Sets each range's quality so that its steps are those of `quality` at the widest range.
 void shareSteps(std::span<PlaneRange> ranges, int quality);

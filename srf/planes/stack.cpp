@@ -20,19 +20,27 @@ constexpr double kLeastElevation = 0.02; // sine: a light nearer to the frontal 
 } // namespace
 
 Stack stackOf(const capture::Capture& given) {
-  Stack stack{
-      capture::subset(given, [](const capture::Frame& frame) { return frame.split == capture::Split::train; }), {}, {}, {}, {}, {}};
+  Stack stack{capture::subset(
+                  given, [](const capture::Frame& frame) { return frame.split == capture::Split::train; }),
+              {},
+              {},
+              {},
+              {},
+              {}};
   capture::Capture& kept = stack.capture;
-  if (kept.frames.empty()) throw Error::mismatch("photographs to train with", "none").at("frames").in(given.file);
+  if (kept.frames.empty())
+    throw Error::mismatch("photographs to train with", "none").at("frames").in(given.file);
   if (kept.views.size() != 1)
-    throw Error::mismatch("one view: a page of a whole object is not made yet", std::to_string(kept.views.size()))
+    throw Error::mismatch("one view: a page of a whole object is not made yet",
+                          std::to_string(kept.views.size()))
         .at("views")
         .in(given.file);
   if (!kept.frames.front().light)
     throw Error::mismatch("a light for each photograph", "fixed light").at("lights").in(given.file);
   const capture::Camera<AcquisitionSpace>& camera = kept.views.front().camera;
   const capture::Lens& lens = camera.lens;
-  const auto middle = relief::imagePoint(lens, {lens.width / 2.0, lens.height / 2.0}).value_or(Vec2<double>(0, 0));
+  const auto middle =
+      relief::imagePoint(lens, {lens.width / 2.0, lens.height / 2.0}).value_or(Vec2<double>(0, 0));
   const Point3<AcquisitionSpace, double> place =
       camera.cameraFromWorld.inverse()(relief::atDepth(lens, middle, relief::frontalDepth(camera)));
   std::vector<std::string> behind;
@@ -53,8 +61,8 @@ Stack stackOf(const capture::Capture& given) {
     stack.irradiance.push_back(capture::irradianceAt(light, place));
   }
   if (!behind.empty())
-    stack.notes.push_back(fmt::format("left out: {} behind the picture's plane ({})", counted(behind.size(), "light"),
-                                      firstNames(behind)));
+    stack.notes.push_back(fmt::format("left out: {} behind the picture's plane ({})",
+                                      counted(behind.size(), "light"), firstNames(behind)));
   if (before.size() < 3 || before.size() > kMostPhotographs)
     throw Error::mismatch(fmt::format("3 to {} photographs with lights before the camera", kMostPhotographs),
                           std::to_string(before.size()))

@@ -20,12 +20,13 @@ inline constexpr size_t kMostPhotographs = 512;
 
 // Training photographs of a capture of one view. Masks are not applied: a page shows whole photographs.
 struct Stack {
-  capture::Capture capture;                // its frames are those of the stack, in order
-  std::vector<std::string> lights;         // names
-  std::vector<Vec3<double>> towardsLights; // unit, x right, y up, z to the camera; seen from the middle of the frontal plane
-  std::vector<Rgb> irradiance;             // of each light there, facing it
-  capture::Frame masked;                   // the first frame with its mask, which shows where the object is
-  std::vector<std::string> notes;          // lights that were left out, for the user
+  capture::Capture capture;        // its frames are those of the stack, in order
+  std::vector<std::string> lights; // names
+  std::vector<Vec3<double>>
+      towardsLights; // unit, x right, y up, z to the camera; seen from the middle of the frontal plane
+  std::vector<Rgb> irradiance;    // of each light there, facing it
+  capture::Frame masked;          // the first frame with its mask, which shows where the object is
+  std::vector<std::string> notes; // lights that were left out, for the user
 
   size_t size() const { return capture.frames.size(); }
   int width() const { return capture.views.front().camera.lens.width; }
@@ -42,15 +43,16 @@ image::Image readPhotograph(const Stack& stack, size_t photograph);
 
 // Pixels at which statistics are taken: spread over the picture by multiples of the golden section.
 struct Samples {
-  std::vector<size_t> pixels;   // in the order of the picture
-  std::vector<uint8_t> inside;  // 1 where the capture's mask shows the object; 1 everywhere without masks
-  Eigen::MatrixXf linear;       // (3 #photographs) x #pixels: r, g, b of each photograph in turn
+  std::vector<size_t> pixels;  // in the order of the picture
+  std::vector<uint8_t> inside; // 1 where the capture's mask shows the object; 1 everywhere without masks
+  Eigen::MatrixXf linear;      // (3 #photographs) x #pixels: r, g, b of each photograph in turn
 };
 
 // Reads all photographs once; at most `most` pixels.
 Samples sample(const Stack& stack, size_t most, const Progress& progress);
 
-// Value of a channel that is shown as white: the share `below` of all positive values of inner pixels are at most that.
+// Value of a channel that is shown as white: the share `below` of all positive values of inner pixels are at
+// most that.
 float whiteOf(const Samples& samples, double below);
 
 } // namespace surflect::planes

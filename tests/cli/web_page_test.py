@@ -5,6 +5,7 @@ With the environment variable PICTURES, a folder, pictures of the page are writt
 """
 
 import base64
+import io
 import json
 import os
 import pathlib
@@ -270,7 +271,7 @@ class Page(TestInFolder):
                 self.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
                 self.rest()
                 self.js(AXE.read_text())
-                found = self.page.execute_async_script("axe.run().then((found) => arguments[0](found.violations.map((v) => [v.id, v.nodes.map((n) => n.html)])))")
+                found = self.page.execute_async_script("axe.run({preload: false}).then((found) => arguments[0](found.violations.map((v) => [v.id, v.nodes.map((n) => n.html)])))")
                 with self.subTest(width=width, scheme=scheme):
                     self.assertEqual(found, [])
                     self.assertLessEqual(self.js("return document.documentElement.scrollWidth"), width)
@@ -303,6 +304,34 @@ class Page(TestInFolder):
 
 
 class Command(TestInFolder):
+    def test_a_ptm_is_read_by_its_specification_and_shows_the_photographs_as_well_as_their_fit(self):
+        report = succeed("web", CAT, "-o", self.folder / "page", "--ptm", "--planes", "1")
+        data = argument_of((self.folder / "page/data.js").read_text())
+        file = io.BytesIO((self.folder / "page/object.ptm").read_bytes())
+        lines = [file.readline().decode().split() for _ in range(6)]
+        width, height = int(lines[2][0]), int(lines[3][0])
+        self.assertEqual((lines[0], lines[1], width, height), (["PTM_1.2"], ["PTM_FORMAT_LRGB"], data["width"], data["height"]))
+        scale, bias = (numpy.array([float(word) for word in line]) for line in lines[4:])
+        raw = numpy.frombuffer(file.read(), numpy.uint8)
+        self.assertEqual(len(raw), 9 * width * height)
+        terms = scale * (raw[:6 * width * height].reshape(height, width, 6)[::-1] - bias)
+        colors = raw[6 * width * height:].reshape(height, width, 3)[::-1] / 255
+
+        capture = json.loads((CAT / "transforms.json").read_text())
+        photographs, directions = [], []
+        for light in data["lights"]:
+            frame = next(f for f in capture["frames"] if f["light"] == light["name"])
+            strength = next(each["irradiance"][0] for each in capture["lights"] if each["name"] == light["name"])
+            grey = grey_pixels((CAT / frame["file_path"]).read_bytes(), width, height) / 255
+            photographs.append(srgb(grey / strength / report["white"]))
+            directions.append(light["towards"][:2])
+        u, v = numpy.array(directions).T
+        design = numpy.stack([u * u, v * v, u * v, u, v, numpy.ones_like(u)], 1)
+        fitted = numpy.tensordot(design @ numpy.linalg.pinv(design), numpy.array(photographs), (1, 0))
+        for light in range(len(u)):
+            shown = numpy.clip(terms @ design[light] / 255, 0, 1)[:, :, None] * colors
+            self.assertGreater(decibels(shown[:, :, 0], photographs[light]), decibels(numpy.clip(fitted[light], 0, 1), photographs[light]) - 0.5)
+
     def test_what_is_there_and_no_page_stays_as_it_is(self):
         (self.folder / "mine").mkdir()
         (self.folder / "mine/own.txt").write_text("own")

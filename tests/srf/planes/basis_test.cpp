@@ -35,7 +35,8 @@ TEST(Planes, ABasisIsOrthonormalAndAsManyPlanesAsRowsLoseNothing) {
   EXPECT_LT((basis.vectors * (basis.vectors.transpose() * centred) - centred).cwiseAbs().maxCoeff(), 2e-6f);
 }
 
-// [Pearson 1901]: the mean square that k planes leave is the sum of the other variances, and no other k leave less.
+// [Pearson 1901]: the mean square that k planes leave is the sum of the other variances, and no other k leave
+// less.
 TEST(Planes, FewPlanesLeaveTheSmallestVariances) {
   const Eigen::MatrixXf samples = randomSamples(12, 500);
   const Moments moments = momentsOf(samples);
@@ -43,8 +44,10 @@ TEST(Planes, FewPlanesLeaveTheSmallestVariances) {
     const Basis basis = principalBasis(moments, planes);
     const Eigen::MatrixXf centred = samples.colwise() - basis.mean;
     const Eigen::MatrixXf lost = centred - basis.vectors * (basis.vectors.transpose() * centred);
-    const Eigen::MatrixXd kept = basis.vectors.cast<double>().transpose() * moments.covariance * basis.vectors.cast<double>();
-    EXPECT_NEAR(static_cast<double>(lost.squaredNorm()) / 500, moments.covariance.trace() - kept.trace(), 1e-6);
+    const Eigen::MatrixXd kept =
+        basis.vectors.cast<double>().transpose() * moments.covariance * basis.vectors.cast<double>();
+    EXPECT_NEAR(static_cast<double>(lost.squaredNorm()) / 500, moments.covariance.trace() - kept.trace(),
+                1e-6);
     const Eigen::MatrixXf first = samples.topRows(planes);
     EXPECT_GE(kept.trace(), moments.covariance.diagonal().head(planes).sum());
   }

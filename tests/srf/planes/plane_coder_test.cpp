@@ -20,7 +20,8 @@ std::vector<uint8_t> waves(int width, int height) {
 TEST(PlaneCoder, ValuesComeBackWithinHalfAStepOfTheirRange) {
   const std::vector<float> values{-3, -1.234f, 0.5f, 7};
   const PlaneRange range = rangeOf(values);
-  for (const float value : values) EXPECT_NEAR(valueOf(range, byteOf(range, value)), value, 0.5f * 10 / 255 + 1e-5f);
+  for (const float value : values)
+    EXPECT_NEAR(valueOf(range, byteOf(range, value)), value, 0.5f * 10 / 255 + 1e-5f);
   EXPECT_EQ(byteOf(range, -100), 0);
   EXPECT_EQ(byteOf(range, 100), 255);
   EXPECT_EQ(valueOf(rangeOf(std::vector<float>{2, 2}), 0), 2);
