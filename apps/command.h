@@ -63,6 +63,7 @@ void addEvaluateCommand(CLI::App& app, CommandWork& work);
 void addChartCommand(CLI::App& app, CommandWork& work);
 void addVerifyCommand(CLI::App& app, CommandWork& work);
 void addInspectCommand(CLI::App& app, CommandWork& work);
+void addWebCommand(CLI::App& app, CommandWork& work);
 
 // Argument of commands that read a capture.
 inline void addAllowOutside(CLI::App& command, capture::PathRule& outside) {

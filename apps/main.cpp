@@ -107,6 +107,7 @@ int main(int argc, char** argv) {
   addDemoCommand(app, work);
   addScriptCommand(app, work);
   addViewCommand(app, work);
+  addWebCommand(app, work);
   addEvaluateCommand(app, work);
   addChartCommand(app, work);
   addVerifyCommand(app, work);

@@ -175,10 +175,12 @@ void removeAbandonedOf(const fs::path& target) {
 
 } // namespace
 
-OutputFolder::OutputFolder(fs::path target) : target_(std::move(target)) {
+OutputFolder::OutputFolder(fs::path target, const fs::path& mark) : target_(std::move(target)) {
   if (!target_.has_filename()) target_ = target_.parent_path(); // "capture/"
   std::error_code problem;
-  if (fs::exists(target_, problem) && !(fs::is_directory(target_, problem) && fs::is_empty(target_, problem)))
+  replaces_ = !mark.empty() && fs::is_regular_file(target_ / mark, problem);
+  if (fs::exists(target_, problem) && !replaces_ &&
+      !(fs::is_directory(target_, problem) && fs::is_empty(target_, problem)))
     throw Error::mismatch("a new folder, or an empty one", "something there already").in(target_);
   if (target_.has_parent_path()) fs::create_directories(target_.parent_path(), problem);
   removeAbandonedOf(target_);
@@ -208,9 +210,17 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::commit() {
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw systemError(target_, "rename to");
+  const char* const from = temporary_.c_str();
+  const char* const to = target_.c_str();
+  if ((replaces_ ? ::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_EXCHANGE) : ::rename(from, to)) != 0)
+    throw systemError(target_, "rename to");
   committed_ = true;
   ::fchmod(descriptor_, 0755);
+  if (replaces_) { // the old folder now has the temporary's name
+    ::chmod(temporary_.c_str(), 0700 | kMark);
+    std::error_code ignored;
+    fs::remove_all(temporary_, ignored);
+  }
 }
 
 } // namespace surflect::importers

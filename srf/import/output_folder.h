@@ -58,11 +58,12 @@ void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& pr
 void copyFiles(capture::Capture& capture, Copies& copies, const Progress& progress);
 
 // Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); otherwise removed by the
-// destructor. First removes what a killed process has left for the same target. The target must not exist, or
-// be an empty folder; throws Error.
+// destructor. First removes what a killed process has left for the same target. The target must not exist, be
+// an empty folder, or hold the file `mark`, by which a folder of the same kind is known: that one is replaced
+// whole. Throws Error.
 class OutputFolder {
 public:
-  explicit OutputFolder(std::filesystem::path target);
+  explicit OutputFolder(std::filesystem::path target, const std::filesystem::path& mark = {});
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
@@ -72,7 +73,8 @@ public:
 
 private:
   std::filesystem::path target_, temporary_;
-  int descriptor_ = -1; // of the temporary folder; locked during the object's lifetime
+  int descriptor_ = -1;   // of the temporary folder; locked during the object's lifetime
+  bool replaces_ = false; // the target holds the mark
   bool committed_ = false;
 };
 

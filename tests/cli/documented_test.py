@@ -242,7 +242,7 @@ class Documented(TestInFolder):
         asked = set(words)
         method = words[words.index("--method") + 1] if "--method" in asked else "surfels"
         is_light_field = method != "surfels" or (command == "evaluate" and words[2].endswith(tuple(METHODS)[1:]))
-        capture = ("examples/cat" if "--relief" in asked else
+        capture = ("examples/cat" if "--relief" in asked or command == "web" else
                    "views" if is_light_field and not asked & {"--lights", "--environment"} else "CAPTURE")
         words = [capture if word == "CAPTURE" and before not in WRITTEN else word for before, word in zip(["", *words], words)]
         extra = []

@@ -16,7 +16,7 @@ FILM_CHECK = os.environ["FILM_CHECK"]
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VASE = ROOT / "examples" / "vase"
 CAT = ROOT / "examples" / "cat"
-COMMANDS = ["demo", "import", "capture", "relight", "pack", "script", "render", "export", "view", "evaluate", "chart", "verify", "inspect"]
+COMMANDS = ["demo", "import", "capture", "relight", "pack", "script", "render", "export", "view", "web", "evaluate", "chart", "verify", "inspect"]
 
 # Seen from between the cameras of the small capture, under warps that bend, and two lights.
 SCRIPT = """

@@ -1,0 +1,97 @@
+// Annotations: a list in the panel, kept by the browser, saved to and read from files.
+"use strict";
+(() => {
+  // A number for a known key, and text; anything else in a file is refused.
+  function checked(read) {
+    if (!Array.isArray(read?.annotations)) throw new Error("expected a list, annotations");
+    return read.annotations.map((note, i) => {
+      const isBox = note?.width !== undefined || note?.height !== undefined;
+      for (const key of isBox ? ["x", "y", "width", "height"] : ["x", "y"])
+        if (!Number.isFinite(note?.[key])) throw new Error(`annotations[${i}].${key}: expected a number`);
+      if (typeof note.text !== "string") throw new Error(`annotations[${i}].text: expected text`);
+      const { x, y, width, height, text } = note;
+      return isBox ? { x, y, width, height, text } : { x, y, text };
+    });
+  }
+
+  class Notes {
+    constructor(page, published, changed) {
+      Object.assign(this, { key: `surflect ${location.pathname} ${page.width}x${page.height}`, published, changed, list: published, chosen: -1 });
+      try {
+        const kept = localStorage.getItem(this.key);
+        if (kept) this.list = checked(JSON.parse(kept));
+      } catch { this.list = published; } // no storage, or of another program
+      this.list = structuredClone(this.list);
+      document.getElementById("save").onclick = () => this.save();
+      document.getElementById("open").onclick = () => document.getElementById("file").click();
+      document.getElementById("file").onchange = (event) => this.open(event.target.files[0]);
+      document.getElementById("reset").onclick = () => this.replace(structuredClone(this.published), "");
+      this.show();
+    }
+
+    get text() { return JSON.stringify({ annotations: this.list }, null, 2) + "\n"; }
+
+    say(text) { document.getElementById("said").textContent = text; }
+
+    keep() {
+      try { localStorage.setItem(this.key, this.text); } catch { this.say("This browser keeps nothing: save them as a file."); }
+      this.changed();
+    }
+
+    add(note) {
+      this.list.push(note);
+      this.chosen = this.list.length - 1;
+      this.show();
+      this.keep();
+      document.querySelector("#notes li:last-child input").focus();
+    }
+
+    replace(list, said) {
+      this.list = list;
+      this.chosen = -1;
+      this.show();
+      this.keep();
+      this.say(said);
+    }
+
+    save() {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([this.text], { type: "application/json" }));
+      link.download = "annotations.json";
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+      this.say("Saved. In the folder of this page, annotations.json is published by the next export.");
+    }
+
+    async open(file) {
+      if (!file) return;
+      try {
+        this.replace(checked(JSON.parse(await file.text())), `${file.name}: read`);
+      } catch (error) { this.say(`${file.name}: ${error.message}`); }
+      document.getElementById("file").value = "";
+    }
+
+    show() {
+      document.getElementById("none").hidden = this.list.length > 0;
+      document.getElementById("notes").replaceChildren(...this.list.map((note, i) => {
+        const item = document.createElement("li"), number = document.createElement("span"), text = document.createElement("input"),
+          remove = document.createElement("button");
+        number.className = "number";
+        number.textContent = `${i + 1}`;
+        text.type = "text";
+        text.value = note.text;
+        text.setAttribute("aria-label", `Text of annotation ${i + 1}`);
+        text.onfocus = () => { this.chosen = i; this.changed(); };
+        text.oninput = () => { note.text = text.value; this.keep(); };
+        remove.type = "button";
+        remove.textContent = "×";
+        remove.setAttribute("aria-label", `Remove annotation ${i + 1}`);
+        remove.onclick = () => { this.list.splice(i, 1); this.chosen = -1; this.show(); this.keep(); };
+        item.append(number, text, remove);
+        return item;
+      }));
+    }
+  }
+
+  surflect.Notes = Notes;
+})();

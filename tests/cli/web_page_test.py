@@ -1,0 +1,370 @@
+"""`surflect web`: the page of one view, opened from its folder in headless Chromium.
+
+The reference decodes the folder's files by itself: JPEG by ffmpeg, the rest in numpy.
+With the environment variable PICTURES, a folder, pictures of the page are written there.
+"""
+
+import base64
+import io
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import time
+import unittest
+
+import numpy
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+from support import CAT, VASE, TestInFolder, content, run, succeed
+
+AXE = pathlib.Path(os.environ["AXE"])  # axe.min.js
+PICTURES = os.environ.get("PICTURES")
+
+
+def browser(profile, width=1280, height=860):
+    options = Options()
+    for argument in ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
+                     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                     "--disable-dev-shm-usage", "--hide-scrollbars", f"--user-data-dir={profile}", f"--window-size={width},{height}"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+
+
+def grey_pixels(picture, width, height):
+    """Bytes of a grey picture, by ffmpeg."""
+    raw = subprocess.run(["ffmpeg", "-v", "error", "-i", "-", "-f", "rawvideo", "-pix_fmt", "gray", "-"], input=picture, check=True,
+                         stdout=subprocess.PIPE).stdout
+    return numpy.frombuffer(raw, numpy.uint8).reshape(height, width)
+
+
+def argument_of(script):
+    """The value that a script of the folder hands to the page."""
+    return json.loads(script[script.index("(") + 1:script.rindex(")")])
+
+
+def srgb(linear):
+    linear = numpy.clip(linear, 0, 1)
+    return numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def decibels(a, b):
+    return -10 * numpy.log10(numpy.mean((a - b) ** 2))
+
+
+class Reference:
+    """What the files of a page say that it shows."""
+
+    def __init__(self, folder):
+        self.data = argument_of((folder / "data.js").read_text())
+        width, height, side = self.data["width"], self.data["height"], self.data["tile"]
+        self.planes = numpy.zeros((self.data["planes"], height, width))
+        for path in sorted((folder / "tiles/0").glob("*.js")):
+            x, y = (side * int(part) for part in path.stem.split("_"))
+            wide, high = min(side, width - x), min(side, height - y)
+            text = path.read_text()
+            for k, plane in enumerate(json.loads(text[text.index("["):text.rindex("]") + 1])[:self.data["planes"]]):
+                least, most = self.data["ranges"][k]
+                grey = grey_pixels(base64.b64decode(plane), wide, high)
+                self.planes[k, y:y + high, x:x + wide] = least + (most - least) * grey / 255
+
+    def picture(self, x, y):
+        """The picture, sRGB in 0..1, under a light in the direction (x, y)."""
+        r = [numpy.hypot(x - light["towards"][0], y - light["towards"][1]) for light in self.data["lights"]]
+        features = numpy.array([d * d * numpy.log(d) if d > 0 else 0 for d in r] + [1, x, y])
+        weights = (features @ numpy.array(self.data["functions"])).reshape(-1, 3)
+        encoded = weights[0] + numpy.tensordot(self.planes, weights[1:], (0, 0))
+        toe = self.data["toe"]
+        return srgb(numpy.maximum(encoded + toe, toe) ** 2 - toe ** 2)
+
+
+class Page(TestInFolder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.site = cls.folder / "page"
+        cls.report = succeed("web", CAT, "-o", cls.site, "--title", "A cat of <plaster>", "--pixels-per-mm", "4")
+        cls.reference = Reference(cls.site)
+        cls.page = browser(cls.folder / "profile")
+        cls.addClassCleanup(cls.page.quit)
+
+    def setUp(self):
+        self.page.set_window_size(1280, 860)
+        self.open(self.site)
+
+    def tearDown(self):
+        self.assertEqual(self.js("return surflect.errors"), [])
+        self.assertEqual([entry for entry in self.page.get_log("browser") if entry["level"] == "SEVERE"], [])
+
+    def js(self, script, *arguments):
+        return self.page.execute_script(script, *arguments)
+
+    def open(self, site):
+        self.page.get((site / "index.html").as_uri())
+        self.js("localStorage.clear()")
+        self.page.refresh()
+        self.rest()
+
+    def rest(self):
+        """Waits until all tiles that are seen are drawn."""
+        for _ in range(600):
+            if self.js("surflect.app.draw(); return !surflect.app.tiles.busy"):
+                return
+            time.sleep(0.05)
+        self.fail("tiles are still loading")
+
+    def by(self, name):
+        return self.page.find_element(By.ID, name)
+
+    def press(self, selector):
+        element = self.page.find_element(By.CSS_SELECTOR, selector)
+        self.js("arguments[0].scrollIntoView({block: 'center'})", element)
+        element.click()
+
+    def lamp_at(self, x, y):
+        self.js("surflect.app.setLamp(arguments[0], arguments[1]); surflect.app.draw()", x, y)
+
+    def shown(self):
+        """The picture on the canvas at 1:1, sRGB in 0..1."""
+        width, height = self.reference.data["width"], self.reference.data["height"]
+        self.press("#one")
+        self.rest()
+        text = self.js("""
+            const { app } = surflect, gl = app.canvas.getContext("webgl2"), [w, h] = arguments;
+            app.draw();
+            const corner = app.toScreen({ x: 0, y: 0 }), x = Math.round(corner.x), y = Math.round(corner.y);
+            const bytes = new Uint8Array(4 * w * h);
+            gl.readPixels(x, app.canvas.height - y - h, w, h, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+            let text = "";
+            for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+            return btoa(text)""", width, height)
+        return numpy.frombuffer(base64.b64decode(text), numpy.uint8).reshape(height, width, 4)[::-1, :, :3] / 255
+
+    def drag(self, element, *places):
+        """Drags from place to place, in pixels from the element's middle."""
+        chain = ActionChains(self.page, duration=20)
+        (x, y), *others = places
+        chain.move_to_element_with_offset(element, x, y).click_and_hold()
+        for x, y in others:
+            chain.move_to_element_with_offset(element, x, y)
+        chain.release().perform()
+
+    def picture(self, name):
+        if PICTURES:
+            self.page.save_screenshot(f"{PICTURES}/{name}.png")
+
+    def test_the_lamp_is_dragged_over_the_disc_and_the_picture_is_the_reference(self):
+        self.drag(self.by("disc"), (0, 0), (8, -4), (14, -11))
+        x, y = self.js("return [surflect.app.state.x, surflect.app.state.y]")
+        self.assertAlmostEqual(x, 14 * 2.16 / 160, delta=0.01)
+        self.assertAlmostEqual(y, 11 * 2.16 / 160, delta=0.01)
+        difference = decibels(self.shown(), self.reference.picture(x, y))
+        self.picture("lamp")
+        self.assertGreater(difference, 51)
+
+    def test_the_lamp_is_dragged_over_the_picture(self):
+        before = self.shown()
+        self.drag(self.by("canvas"), (0, 0), (40, -40), (60, -60))
+        self.assertGreater(self.js("return surflect.app.state.x"), 0.1)
+        self.assertGreater(self.js("return surflect.app.state.y"), 0.1)
+        self.assertLess(decibels(self.shown(), before), 40)
+
+    def test_keys_and_fields_move_the_lamp(self):
+        self.by("disc").send_keys(Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_UP)
+        self.assertEqual(self.js("return [surflect.app.state.x.toFixed(2), surflect.app.state.y.toFixed(2)]"), ["0.06", "0.03"])
+        self.press("[data-rake='180']")
+        self.assertEqual(self.by("azimuth").get_attribute("value"), "180")
+        self.assertEqual(self.by("elevation").get_attribute("value"), "15")
+        self.assertIn("No lamp was captured there", self.by("beyond").text)
+
+    def test_a_captured_light_shows_its_photograph(self):
+        capture = json.loads((CAT / "transforms.json").read_text())
+        by_name = {light["name"]: light for light in capture["lights"]}
+        worst = 100
+        for light in self.reference.data["lights"][::4]:
+            frame = next(f for f in capture["frames"] if f["light"] == light["name"] and f.get("split", "train") == "train")
+            grey = grey_pixels((CAT / frame["file_path"]).read_bytes(), capture["w"], capture["h"]) / 255
+            wanted = srgb(grey / by_name[light["name"]]["irradiance"][0] / self.report["white"])
+            self.lamp_at(*light["towards"][:2])
+            worst = min(worst, decibels(self.shown()[:, :, 0], wanted))
+        self.assertGreater(worst, 36)
+        self.assertGreater(self.report["captured"]["psnr_srgb_db"], 38)
+
+    def test_a_measured_length_is_right_to_a_pixel(self):
+        self.shown()
+        self.press("[data-tool=measure]")
+        self.drag(self.by("canvas"), (-150, -100), (0, 0), (150, 100))
+        pixels, millimetres = self.by("length").text.split(" pixels, ")
+        wanted = numpy.hypot(300, 200)
+        self.assertAlmostEqual(float(pixels), wanted, delta=1)
+        self.assertEqual(millimetres.split()[1], "cm")
+        self.assertAlmostEqual(10 * float(millimetres.split()[0]), wanted / 4, delta=0.25)
+        bar = self.js("return [document.querySelectorAll('#bar').length, document.querySelector('#bar').getBBox().width]")
+        self.assertAlmostEqual(bar[1] / 4, {20: 20, 10: 10}[round(bar[1] / 4, -1)], delta=0.5)
+        self.picture("measure")
+
+    def test_normals_and_highlights_are_shown(self):
+        color = self.shown()
+        self.press("[data-show=normals]")
+        normals = 2 * self.shown() - 1
+        lengths = numpy.linalg.norm(normals, axis=2)
+        self.assertAlmostEqual(numpy.median(lengths), 1, delta=0.02)
+        self.assertGreater(numpy.median(normals[:, :, 2]), 0.5)
+        self.picture("normals")
+        self.press("[data-show=specular]")
+        self.assertLess(decibels(self.shown(), color), 30)
+        self.assertTrue(self.by("exponent").is_displayed())
+        self.picture("specular")
+
+    def test_annotations_are_kept_by_browser_and_folder(self):
+        self.press("[data-tool=box]")
+        self.drag(self.by("canvas"), (-50, -60), (0, 0), (40, 30))
+        self.page.switch_to.active_element.send_keys("left ear")
+        self.press("#add")
+        self.page.switch_to.active_element.send_keys("chip & <crack>")
+        self.picture("annotations")
+        text = self.js("return surflect.app.notes.text")
+        self.page.refresh()
+        self.rest()
+        self.assertEqual(self.js("return surflect.app.notes.text"), text)
+        self.assertEqual([note["text"] for note in json.loads(text)["annotations"]], ["left ear", "chip & <crack>"])
+
+        site = self.folder / "second"
+        shutil.copytree(self.site, site)
+        (site / "annotations.json").write_text(text)
+        for title in ("first", "second"):  # a second export keeps them
+            succeed("web", CAT, "-o", site, "--planes", "1", "--title", title)
+            self.assertEqual((site / "annotations.json").read_text(), text)
+        self.open(site)
+        self.assertEqual(self.js("return surflect.app.notes.text"), text)
+        self.assertEqual(self.page.title, "second")
+
+    def test_a_file_of_annotations_is_read_and_a_wrong_one_refused(self):
+        good, bad = self.folder / "good.json", self.folder / "bad.json"
+        good.write_text('{"annotations": [{"x": 3, "y": 4, "text": "read"}]}')
+        bad.write_text('{"annotations": [{"x": "3", "y": 4, "text": "read"}]}')
+        self.by("file").send_keys(str(bad))
+        self.until_said("annotations[0].x: expected a number")
+        self.by("file").send_keys(str(good))
+        self.until_said("good.json: read")
+        self.assertEqual(self.js("return surflect.app.notes.list.length"), 1)
+
+    def until_said(self, text):
+        for _ in range(100):
+            if text in self.by("said").text:
+                return
+            time.sleep(0.05)
+        self.fail(f"{self.by('said').text!r} lacks {text!r}")
+
+    def test_axe_finds_nothing_in_light_and_dark_and_a_narrow_window_scrolls_down_alone(self):
+        for width, height in ((1280, 860), (390, 844)):
+            self.page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                      {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500})
+            for scheme in ("light", "dark"):
+                self.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
+                self.rest()
+                self.js(AXE.read_text())
+                found = self.page.execute_async_script("axe.run({preload: false}).then((found) => arguments[0](found.violations.map((v) => [v.id, v.nodes.map((n) => n.html)])))")
+                with self.subTest(width=width, scheme=scheme):
+                    self.assertEqual(found, [])
+                    self.assertLessEqual(self.js("return document.documentElement.scrollWidth"), width)
+                self.picture(f"{scheme}-{width}")
+        self.page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+    def test_a_finger_drags_the_lamp_and_two_zoom(self):
+        self.page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True})
+        self.rest()
+        box = self.js("const b = surflect.app.canvas.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]")
+
+        def touch(kind, *places):
+            self.page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+                {"x": box[0] + x, "y": box[1] + y, "id": i} for i, (x, y) in enumerate(places)]})
+
+        touch("touchStart", (0, 0))
+        touch("touchMove", (60, 0))
+        touch("touchEnd")
+        self.assertGreater(self.js("return surflect.app.state.x"), 0.2)
+        zoom = self.js("return surflect.app.state.view.zoom")
+        touch("touchStart", (-30, 0), (30, 0))
+        touch("touchMove", (-60, 0), (60, 0))
+        touch("touchEnd")
+        self.assertAlmostEqual(self.js("return surflect.app.state.view.zoom") / zoom, 2, delta=0.1)
+        self.page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+    def test_the_title_is_text(self):
+        self.assertEqual(self.page.title, "A cat of <plaster>")
+        self.assertEqual(self.by("title").text, "A cat of <plaster>")
+
+
+class Command(TestInFolder):
+    def test_a_ptm_is_read_by_its_specification_and_shows_the_photographs_as_well_as_their_fit(self):
+        report = succeed("web", CAT, "-o", self.folder / "ptm", "--ptm", "--planes", "1")
+        data = argument_of((self.folder / "ptm/data.js").read_text())
+        file = io.BytesIO((self.folder / "ptm/object.ptm").read_bytes())
+        lines = [file.readline().decode().split() for _ in range(6)]
+        width, height = int(lines[2][0]), int(lines[3][0])
+        self.assertEqual((lines[0], lines[1], width, height), (["PTM_1.2"], ["PTM_FORMAT_LRGB"], data["width"], data["height"]))
+        scale, bias = (numpy.array([float(word) for word in line]) for line in lines[4:])
+        raw = numpy.frombuffer(file.read(), numpy.uint8)
+        self.assertEqual(len(raw), 9 * width * height)
+        terms = scale * (raw[:6 * width * height].reshape(height, width, 6)[::-1] - bias)
+        colors = raw[6 * width * height:].reshape(height, width, 3)[::-1] / 255
+
+        capture = json.loads((CAT / "transforms.json").read_text())
+        photographs, directions = [], []
+        for light in data["lights"]:
+            frame = next(f for f in capture["frames"] if f["light"] == light["name"])
+            strength = next(each["irradiance"][0] for each in capture["lights"] if each["name"] == light["name"])
+            grey = grey_pixels((CAT / frame["file_path"]).read_bytes(), width, height) / 255
+            photographs.append(srgb(grey / strength / report["white"]))
+            directions.append(light["towards"][:2])
+        u, v = numpy.array(directions).T
+        design = numpy.stack([u * u, v * v, u * v, u, v, numpy.ones_like(u)], 1)
+        fitted = numpy.tensordot(design @ numpy.linalg.pinv(design), numpy.array(photographs), (1, 0))
+        for light in range(len(u)):
+            shown = numpy.clip(terms @ design[light] / 255, 0, 1)[:, :, None] * colors
+            self.assertGreater(decibels(shown[:, :, 0], photographs[light]), decibels(numpy.clip(fitted[light], 0, 1), photographs[light]) - 0.5)
+
+    def test_what_is_there_and_no_page_stays_as_it_is(self):
+        (self.folder / "mine").mkdir()
+        (self.folder / "mine/own.txt").write_text("own")
+        result = run("web", CAT, "-o", self.folder / "mine")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("expected a new folder, or an empty one", result.stderr)
+        self.assertEqual(content(self.folder / "mine"), {"own.txt": b"own"})
+        self.assertEqual([path.name for path in self.folder.iterdir() if ".tmp." in path.name], [])
+
+    def test_several_views_are_refused_by_name(self):
+        result = run("web", VASE, "-o", self.folder / "vase")
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"transforms\.json: views: found \d+, expected one view")
+        self.assertFalse((self.folder / "vase").exists())
+
+    def test_wrong_annotations_are_named(self):
+        for text, problem in (("[", "is no JSON"), ("{}", "annotations: found none, expected a list"),
+                              ('{"annotations": [{"x": 1, "y": 2}]}', r"annotations\[0\]\.text: missing"),
+                              ('{"annotations": [{"x": 1, "y": "2", "text": ""}]}', r"annotations\[0\]\.y: found string, expected a number"),
+                              ('{"annotations": [{"x": 1, "y": 2, "text": "", "widht": 3}]}', "widht: unknown; did you mean width")):
+            path = self.folder / "annotations.json"
+            path.write_text(text)
+            result = run("web", CAT, "-o", self.folder / "page", "--annotations", path)
+            self.assertEqual(result.returncode, 1)
+            self.assertRegex(result.stderr, problem)
+            self.assertFalse((self.folder / "page").exists())
+
+    def test_the_same_bytes_for_any_number_of_threads(self):
+        pages = [self.folder / name for name in ("one", "many")]
+        for page, threads in zip(pages, (1, 4)):
+            succeed("web", CAT, "-o", page, "--title", "cat", "--threads", threads)
+        self.assert_same_files(*map(content, pages))
+
+
+if __name__ == "__main__":
+    unittest.main()
