@@ -7,8 +7,11 @@ namespace {
 
 TEST(Video, RatesOfNtscAreFractions) {
   EXPECT_EQ(rateText(23.976), "24000/1001");
+  EXPECT_EQ(rateText(23.98), "24000/1001");
+  EXPECT_EQ(rateText(23.97), "23.97");
   EXPECT_EQ(rateText(29.97), "30000/1001");
   EXPECT_EQ(rateText(59.94), "60000/1001");
+  EXPECT_EQ(rateText(119.88), "120000/1001");
   EXPECT_EQ(rateText(24), "24");
   EXPECT_EQ(rateText(25), "25");
   EXPECT_EQ(rateText(12.5), "12.5");
