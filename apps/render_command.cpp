@@ -368,16 +368,17 @@ std::filesystem::path writeVideo(const scene::Script& script, const RenderArgume
   std::unique_ptr<film::VideoWriter> video;
   for (int frame = range.first; frame <= range.last; frame += arguments.every) {
     progress("video", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
-    const image::Image color = image::ExrFile(scene::framePath(*script.output, arguments.output, frame))
-                                   .read(image::ChannelSet{"R", "G", "B", "A"});
+    const method::FrameLayers picture =
+        film::readFrame(scene::framePath(*script.output, arguments.output, frame));
     if (!video)
       video = std::make_unique<film::VideoWriter>(file, film::videoFormat(file, display.isTransparent),
-                                                  color.width, color.height,
+                                                  picture.color.width, picture.color.height,
                                                   script.frames->fps / arguments.every);
     film::DisplayOptions shown = display;
     if (film::videoFormat(file, display.isTransparent) == film::VideoFormat::h264)
       shown.isTransparent = false;
-    video->add(film::shownColor(color, shown));
+    shown.bits = film::bitsOf(film::videoFormat(file, display.isTransparent));
+    video->add(film::shownColor(picture, shown));
   }
   video->finish();
   progress("video", 1);
@@ -529,20 +530,17 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
       film::FrameFiles files{.picture = path};
       const control::Choice choice = quality.choose(shot, *script.frames, frame, arguments.scale);
       const capture::Camera<ObjectSpace> camera = shot.camera(frame, arguments.scale);
-      files.attributes = film::standardAttributes(camera, script, frame);
+      files.attributes = film::frameAttributes(camera, script, frame);
       files.attributes.merge(
-          image::ExrAttributes{{"surflect.version", kVersion},
-                               {"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
+          image::ExrAttributes{{"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
                                {"surflect.script", hex(script.hash)},
-                               {"surflect.camera", describe(camera)},
-                               {"surflect.frame", std::to_string(frame)}});
+                               {"surflect.camera", describe(camera)}});
       const auto stops = scene::exposureAt(script, scene::shotTime(script, frame));
-      if (stops) files.attributes["surflect.exposure"] = fmt::format("{}", *stops);
       if (!choice.setting.empty()) files.attributes["surflect.setting"] = method::textOf(choice.setting);
       const Stopwatch watch;
       shot.reuse(writer.spare());
       method::FrameLayers picture = shot.render(frame, arguments.scale, maps.aovs(shot, frame));
-      if (viewer) viewer->show(picture.color);
+      if (viewer) viewer->show(film::overShadow(picture));
       if (picture.report.remark && !saidEmpty) {
         say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
         saidEmpty = true;
@@ -602,7 +600,9 @@ Json runRender(const RenderArguments& arguments, const Progress& progress) {
     const auto video = report["video"].get<std::string>();
     const bool isOverBlack = display.isTransparent && video.ends_with(".mp4");
     say(video + ": the film" +
-        (isOverBlack ? " over black, as an MP4 has no alpha; output.background is another, a .mov keeps alpha"
+        (isOverBlack ? fmt::format(" over black{}, as an MP4 has no alpha; output.background is another, a "
+                                   ".mov keeps alpha",
+                                   script.ground ? ", on which the ground's shadow is not seen" : "")
                      : ""));
   }
   return report;

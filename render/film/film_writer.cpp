@@ -60,7 +60,7 @@ void FilmWriter::encode(const Frame& frame) {
   std::string picture, preview;
   tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
-                         if (previewPath) preview = pngBytes(shownColor(frame.film.color, display));
+                         if (previewPath) preview = pngBytes(shownColor(frame.film, display));
                        });
   const auto add = [&](const std::filesystem::path& path, const std::string& bytes) {
     pending_.push_back(std::make_unique<AtomicFile>(path));

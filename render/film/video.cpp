@@ -1,5 +1,6 @@
 #include "render/film/video.h"
 
+#include "srf/image/exr.h"
 #include "surfel/base/error.h"
 #include "surfel/base/text.h"
 
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -39,7 +41,9 @@ std::vector<std::string> encoderWords(VideoFormat format, int width, int height,
                                     "-f",
                                     "rawvideo",
                                     "-pix_fmt",
-                                    hasAlpha ? "rgba" : "rgb24",
+                                    isH264     ? "rgb24"
+                                    : hasAlpha ? "rgba64le"
+                                               : "rgb48le",
                                     "-s",
                                     fmt::format("{}x{}", width, height),
                                     "-r",
@@ -80,15 +84,15 @@ int even(int side) { return side + side % 2; }
 
 // The picture with its last column and row repeated up to a size.
 std::vector<uint8_t> padded(const DisplayPicture& frame, int width, int height) {
-  const auto channels = static_cast<size_t>(frame.channels);
+  const auto stride = static_cast<size_t>(frame.channels * frame.bits / 8); // bytes
   std::vector<uint8_t> bytes;
-  bytes.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * channels);
+  bytes.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * stride);
   for (int y = 0; y < height; ++y) {
     const uint8_t* const row = &frame.bytes[static_cast<size_t>(std::min(y, frame.height - 1)) *
-                                            static_cast<size_t>(frame.width) * channels];
+                                            static_cast<size_t>(frame.width) * stride];
     for (int x = 0; x < width; ++x) {
-      const uint8_t* const pixel = row + static_cast<size_t>(std::min(x, frame.width - 1)) * channels;
-      bytes.insert(bytes.end(), pixel, pixel + channels);
+      const uint8_t* const pixel = row + static_cast<size_t>(std::min(x, frame.width - 1)) * stride;
+      bytes.insert(bytes.end(), pixel, pixel + stride);
     }
   }
   return bytes;
@@ -110,16 +114,16 @@ bool canEncodeVideo() {
 }
 
 std::string rateText(double framesPerSecond) {
-  const double whole = std::round(framesPerSecond * 1.001);
-  const bool isNtsc =
-      std::fmod(whole, 6) == 0 && std::abs(framesPerSecond - whole / 1.001) < 1e-3; // 24, 30, 60
-  return isNtsc ? fmt::format("{:.0f}/1001", 1000 * whole) : fmt::format("{}", framesPerSecond);
+  const std::optional<int> thousands = image::ntscRate(framesPerSecond);
+  return thousands ? fmt::format("{}/1001", *thousands) : fmt::format("{}", framesPerSecond);
 }
 
 VideoFormat videoFormat(const std::filesystem::path& file, bool isTransparent) {
   if (file.extension() != ".mov") return VideoFormat::h264;
   return isTransparent ? VideoFormat::proRes4444 : VideoFormat::proRes422;
 }
+
+int bitsOf(VideoFormat format) { return format == VideoFormat::h264 ? 8 : 16; }
 
 VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int width, int height,
                          double framesPerSecond)
@@ -179,6 +183,7 @@ void VideoWriter::add(const DisplayPicture& frame) {
     throw Error::mismatch("frames of one size, " + sizeText(width_, height_),
                           sizeText(frame.width, frame.height))
         .in(file_);
+  assert(frame.bits == bitsOf(format_) && frame.channels == (format_ == VideoFormat::proRes4444 ? 4 : 3));
   const bool isEven = format_ != VideoFormat::proRes4444;
   const bool isPadded = isEven && (width_ % 2 != 0 || height_ % 2 != 0);
   const std::vector<uint8_t> more =

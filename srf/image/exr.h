@@ -103,8 +103,12 @@ void setExrThreads(int threads);
 
 // Value of an attribute in a file's header.
 
+// Numerator over 1001 of a rate of NTSC, which scripts round: 24000 for 23.976 or 23.98. None for other
+// rates.
+std::optional<int> ntscRate(double perSecond);
+
 struct FrameRate {
-  double perSecond; // 23.98 and the like become the exact rate: 24000/1001
+  double perSecond; // written as ntscRate() where that is known
 };
 using RowMatrix = std::array<std::array<float, 4>, 4>; // acts on rows from the right: (x y z 1) M
 using ExrAttribute = std::variant<std::string, int, float, FrameRate, RowMatrix>;

@@ -8,7 +8,6 @@
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
 #include <ImfFloatAttribute.h>
-#include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfIntAttribute.h>
@@ -23,8 +22,10 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace surflect::image {
@@ -77,7 +78,10 @@ template <class T> void append(std::string& to, T value) {
 Imf::StringAttribute foreign(const std::string& text) { return {text}; }
 Imf::IntAttribute foreign(int number) { return {number}; }
 Imf::FloatAttribute foreign(float number) { return {number}; }
-Imf::RationalAttribute foreign(FrameRate rate) { return {Imf::guessExactFps(rate.perSecond)}; }
+Imf::RationalAttribute foreign(FrameRate rate) {
+  if (const auto thousands = ntscRate(rate.perSecond)) return {Imf::Rational(*thousands, 1001)};
+  return {Imf::Rational(rate.perSecond)};
+}
 Imf::M44fAttribute foreign(const RowMatrix& matrix) {
   Imath::M44f copy;
   for (int row = 0; row < 4; ++row)
@@ -198,6 +202,12 @@ std::string chunkOf(const Planes& planes, int first, int end) {
 void roundTo(Precision precision, std::span<float> values) {
   if (precision == Precision::half)
     for (float& value : values) value = half(half::FromBits, nearestHalf(value));
+}
+
+std::optional<int> ntscRate(double perSecond) {
+  for (const int nominal : {24, 30, 48, 60, 120})
+    if (std::abs(perSecond - nominal / 1.001) < 0.005) return 1000 * nominal;
+  return std::nullopt;
 }
 
 std::string exrBytes(std::span<const ExrLayer> layers, const ExrAttributes& attributes,
