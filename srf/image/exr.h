@@ -103,8 +103,8 @@ void setExrThreads(int threads);
 
 // Value of an attribute in a file's header.
 
-struct FrameRate {
-  double perSecond; // 23.98 and the like become the exact rate: 24000/1001
+struct FrameRate { // frames per second
+  int numerator, denominator;
 };
 using RowMatrix = std::array<std::array<float, 4>, 4>; // acts on rows from the right: (x y z 1) M
 using ExrAttribute = std::variant<std::string, int, float, FrameRate, RowMatrix>;

@@ -8,7 +8,6 @@
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
 #include <ImfFloatAttribute.h>
-#include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfIntAttribute.h>
@@ -77,7 +76,7 @@ template <class T> void append(std::string& to, T value) {
 Imf::StringAttribute foreign(const std::string& text) { return {text}; }
 Imf::IntAttribute foreign(int number) { return {number}; }
 Imf::FloatAttribute foreign(float number) { return {number}; }
-Imf::RationalAttribute foreign(FrameRate rate) { return {Imf::guessExactFps(rate.perSecond)}; }
+Imf::RationalAttribute foreign(FrameRate rate) { return {{rate.numerator, rate.denominator}}; }
 Imf::M44fAttribute foreign(const RowMatrix& matrix) {
   Imath::M44f copy;
   for (int row = 0; row < 4; ++row)
