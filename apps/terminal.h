@@ -10,7 +10,8 @@
 namespace surflect {
 
 // Makes Ctrl-C and SIGTERM ask the work to stop at its next checkpoint; a second signal ends the process. A
-// write beyond the user's file size limit, or to a pipe whose reader has ended, becomes an error of the writer.
+// write beyond the user's file size limit, or to a pipe whose reader has ended, becomes an error of the
+// writer.
 void watchSignals();
 // The signal that asked the work to stop; 0 if none has.
 int interruptingSignal();
