@@ -44,6 +44,12 @@ Json run(void (*add)(CLI::App&, CommandWork&), std::vector<std::string> words, c
   return work(progress);
 }
 
+// A text of a table; empty if there is none.
+std::string textAt(const Json& table, const char* key) {
+  const auto found = table.find(key);
+  return found != table.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
 Json runDemo(const DemoArguments& arguments, const Progress& progress) {
   const std::filesystem::path examples = examplesFolder(), folder = arguments.output;
   const std::filesystem::path model = folder / kModel, script = folder / "film.toml";
@@ -55,12 +61,14 @@ Json runDemo(const DemoArguments& arguments, const Progress& progress) {
         {"pack", (examples / "doll").string(), "-o", model.string(), "--surfels", "400000", "--tables",
          "off"},
         progress);
+  Json values;
   if (std::filesystem::exists(script)) {
-    const std::string model = Json::parse(scene::scriptValues(readFile(script), script)).value("model", "");
+    values = Json::parse(scene::scriptValues(readFile(script), script));
+    const std::string model = textAt(values, "model");
     if (model != kModel) throw Error::mismatch(std::string(kModel), model).at("model").in(script);
   } else {
     const std::string text = readFile(examples / "doll.toml");
-    Json values = Json::parse(scene::scriptValues(text, script));
+    values = Json::parse(scene::scriptValues(text, script));
     values["model"] = kModel;
     values["output"]["background"] = {0.1, 0.1, 0.11};
     values["output"]["video"] = kFilm;
@@ -68,16 +76,21 @@ Json runDemo(const DemoArguments& arguments, const Progress& progress) {
   }
   const std::filesystem::path frames = folder / (arguments.quick ? "quick" : "frames");
   std::vector<std::string> words = {"render", script.string(), "-o", frames.string(), "--resume"};
+  const std::string video = arguments.quick ? "" : textAt(values.value("output", Json::object()), "video");
   const bool hasEncoder = film::canEncodeVideo();
   if (arguments.quick) words.insert(words.end(), {"--every", "8", "--scale", "0.5", "--no-video"});
-  if (!arguments.quick && !hasEncoder) words.push_back("--no-video");
+  if (!video.empty() && !hasEncoder) words.push_back("--no-video");
   const Json rendered = run(addRenderCommand, words, progress);
   Json report = {{"model", model.string()}, {"script", script.string()}, {"frames", frames.string()}};
   if (rendered.contains("video")) report["film"] = rendered["video"];
-  if (!arguments.quick && !hasEncoder)
+  if (!video.empty() && !hasEncoder)
     say(fmt::format(
         "no {}: ffmpeg is not installed (apt install ffmpeg); the same command again then makes it",
-        (frames / kFilm).string()));
+        (frames / video).string()));
+  if (!arguments.quick && video.empty())
+    say(fmt::format(
+        "no film, frames alone: {} has no video; [output] video = \"{}\" and the same command make it",
+        script.string(), kFilm));
   say(fmt::format("{}: frames; EXR beside each PNG holds linear light, alpha, depth, normals, and what was "
                   "blended and stretched",
                   (frames / "").string()));

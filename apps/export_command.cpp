@@ -233,6 +233,7 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
     entry["file"] = file.string();
     entry["bytes"] = std::filesystem::file_size(file);
     bytes += std::filesystem::file_size(file);
+    event("file", entry);
     report["files"].push_back(std::move(entry));
   };
   if (isPly) {

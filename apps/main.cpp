@@ -79,8 +79,9 @@ int run(const surflect::CommandWork& work, int exrThreads, bool json) {
     status = kFailed;
   }
   if (status != 0) say("surflect: " + report["error"].get<std::string>());
-  const bool isEnded = event("end", {{"status", status}, {"report", report}});
-  if (!isEnded || (json && !writeReport(report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"))) {
+  event("end", {{"status", status}, {"report", report}});
+  if (eventsAreLost() && status == 0) status = kFailed;
+  if (json && !writeReport(report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n")) {
     say(std::string("surflect: standard output: cannot write the report (") + std::strerror(errno) + ")");
     status = kFailed;
   }

@@ -1,20 +1,18 @@
 #include "apps/command.h"
 #include "apps/display_client.h"
+#include "apps/film_files.h"
 #include "apps/film_quality.h"
 #include "apps/frame_range.h"
 #include "apps/method_options.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
 #include "render/film/film_writer.h"
-#include "render/film/maps.h"
+#include "render/film/frame_maps.h"
 #include "render/film/shot_renderer.h"
 #include "render/film/standard_attributes.h"
 #include "render/film/video.h"
 #include "render/scene/turntable.h"
-#include "srf/image/exr.h"
-#include "srf/image/png.h"
 #include "surfel/base/error.h"
-#include "surfel/base/file.h"
 #include "surfel/base/folder.h"
 #include "surfel/base/memory.h"
 #include "surfel/base/text.h"
@@ -27,10 +25,10 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace surflect {
 
@@ -80,16 +78,6 @@ std::vector<std::string> remarksOn(const scene::Environment& environment) {
   return remarks;
 }
 
-// Identity of everything that determines a film's pixels.
-std::string filmIdentity(const scene::Script& script, const method::Description& model,
-                         const film::ShotRenderer& shot, const film::Finish& finish, double scale) {
-  std::string identity =
-      fmt::format("surflect {} script {} {} scale {}", kVersion, hex(script.hash), model.identity, scale);
-  for (const scene::Environment& environment : shot.environments())
-    identity += " environment " + hex(environment.hash);
-  return identity + finish.identity();
-}
-
 // Lens and pose as numbers: focal lengths and centre in pixels, then the rows of the matrix camera from
 // object.
 std::string describe(const capture::Camera<ObjectSpace>& camera) {
@@ -102,83 +90,6 @@ std::string describe(const capture::Camera<ObjectSpace>& camera) {
     text += fmt::format(" {:.9g}", camera.cameraFromWorld.translation()[row]);
   }
   return text;
-}
-
-std::filesystem::path previewPath(std::filesystem::path picture) { return picture.replace_extension(".png"); }
-
-// "frame.0001.normal.png" beside "frame.0001.exr"
-std::filesystem::path mapPath(std::filesystem::path picture, const std::string& map) {
-  return picture.replace_extension('.' + map + ".png");
-}
-
-// All files of a frame, its picture last.
-std::vector<std::filesystem::path> frameFiles(const scene::Output& output,
-                                              const std::filesystem::path& picture) {
-  std::vector<std::filesystem::path> files;
-  for (const std::string& map : output.maps) files.push_back(mapPath(picture, map));
-  if (output.png) files.push_back(previewPath(picture));
-  files.push_back(picture);
-  return files;
-}
-
-// Whether a whole frame is there that was rendered so, with its preview and maps if they are asked for. Reads
-// all pixels, since a file may have been cut short after its header. Under a budget of time any setting will
-// do: the frame's identity begins with `identity` and ends with it.
-bool isRendered(const std::filesystem::path& path, const scene::Output& output, const std::string& identity,
-                bool anySetting) {
-  if (!std::filesystem::exists(path)) return false;
-  try {
-    const image::ExrFile file(path);
-    const auto found = file.attribute("surflect.identity");
-    if (found != identity && !(anySetting && found && found->starts_with(identity))) return false;
-    std::vector<image::ChannelSet> all;
-    for (const std::string& channel : file.channels()) all.push_back({channel});
-    file.read(all);
-    std::vector<std::filesystem::path> others = frameFiles(output, path);
-    others.pop_back();
-    return std::ranges::all_of(others, [&](const std::filesystem::path& other) {
-      const image::Image image = image::readPng(other).image;
-      return image.width == file.width() && image.height == file.height();
-    });
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-// Folders of the frames. Throws Error if a frame cannot be written: its folder cannot be created or written
-// to, or its name is taken by something other than a file.
-std::set<std::filesystem::path> writableFolders(const scene::Output& output, const RenderArguments& arguments,
-                                                const FrameRange& range) {
-  std::set<std::filesystem::path> folders;
-  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-    const auto path = scene::framePath(output, arguments.output, frame);
-    folders.insert(path.parent_path());
-    for (const auto& file : frameFiles(output, path)) requireReplaceable(file);
-  }
-  if (arguments.makesVideo(output)) {
-    const auto path = std::filesystem::path(arguments.output) / output.video;
-    folders.insert(path.parent_path());
-    requireReplaceable(path);
-  }
-  for (const auto& folder : folders) requireCreatable(folder);
-  return folders;
-}
-
-// Removes temporaries of these frames left by a killed run.
-void removeLitter(const scene::Script& script, const RenderArguments& arguments) {
-  std::map<std::filesystem::path, std::set<std::string>> targets; // by folder
-  for (int frame = script.frames->first; frame <= script.frames->last; ++frame) {
-    const auto path = scene::framePath(*script.output, arguments.output, frame);
-    targets[path.parent_path()].insert(previewPath(path).filename().string());
-    for (const auto& target : frameFiles(*script.output, path))
-      targets[path.parent_path()].insert(target.filename().string());
-  }
-  if (!script.output->video.empty()) {
-    const auto video = std::filesystem::path(arguments.output) / script.output->video;
-    targets[video.parent_path()].insert(video.filename().string());
-  }
-  for (const auto& [folder, names] : targets)
-    removeAbandoned(folder, [&](const std::string& target) { return names.contains(target); });
 }
 
 double sum(const Json& frames, const char* stage) {
@@ -283,8 +194,9 @@ std::vector<std::string> costsOf(size_t objects, const std::vector<scene::LightM
 struct OpenFilm {
   std::unique_ptr<method::Renderer> renderer;
   scene::Script script;
-  FrameRange range;
-  std::set<std::filesystem::path> folders; // of the frames
+  FilmPlace place;
+  std::filesystem::path video;             // empty: none
+  std::set<std::filesystem::path> folders; // of frames and video
   std::unique_ptr<const film::Finish> finish;
 };
 
@@ -313,12 +225,16 @@ OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
     return head.objects.empty() ? method::openRenderer(model, setting, progress)
                                 : method::openScene(head.objects, setting, progress);
   };
+  const auto place = [&](OpenFilm& placed, const scene::Output& output, const scene::Frames& frames) {
+    placed.place = {arguments.output, parseRange(arguments.frames, frames), arguments.every};
+    if (arguments.makesVideo(output)) placed.video = videoPath(output, frames, placed.place);
+    placed.folders = writableFolders(output, placed.place, placed.video);
+  };
   if (std::filesystem::is_directory(arguments.script)) {
     if (!arguments.model.empty()) throw UsageError(Error("is for a script").at("--model"));
     film.renderer = open({.model = arguments.script});
     film.script = turntableOf(arguments.script, *film.renderer);
-    film.range = parseRange(arguments.frames, *film.script.frames);
-    film.folders = writableFolders(*film.script.output, arguments, film.range);
+    place(film, *film.script.output, *film.script.frames);
     film.finish = std::make_unique<const film::Finish>(*film.script.output, film.script.path);
     return film;
   }
@@ -327,8 +243,7 @@ OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
   const bool isEarly = head.coordinates == scene::Coordinates::model;
   if (isEarly) film.script = scene::readScript(arguments.script);
   for (const std::string& cost : costsOf(head.objects.size(), film.script.lights)) say(cost);
-  film.range = parseRange(arguments.frames, head.frames);
-  film.folders = writableFolders(head.output, arguments, film.range);
+  place(film, head.output, head.frames);
   requireEncoder(head.output, arguments);
   film.finish = std::make_unique<const film::Finish>(head.output, arguments.script);
   film.renderer = open(head);
@@ -360,252 +275,240 @@ std::string exposureSentence(double stops) {
       stops == 0 ? 0 : stops); // no -0
 }
 
-// Encodes frames that are on disk.
-std::filesystem::path writeVideo(const scene::Script& script, const RenderArguments& arguments,
-                                 const FrameRange& range, const film::DisplayOptions& display,
-                                 const Progress& progress) {
-  const std::filesystem::path file = std::filesystem::path(arguments.output) / script.output->video;
-  std::unique_ptr<film::VideoWriter> video;
-  for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-    progress("video", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
-    const method::FrameLayers picture =
-        film::readFrame(scene::framePath(*script.output, arguments.output, frame));
-    if (!video)
-      video = std::make_unique<film::VideoWriter>(file, film::videoFormat(file, display.isTransparent),
-                                                  picture.color.width, picture.color.height,
-                                                  script.frames->fps / arguments.every);
-    film::DisplayOptions shown = display;
-    if (film::videoFormat(file, display.isTransparent) == film::VideoFormat::h264)
-      shown.isTransparent = false;
-    shown.bits = film::bitsOf(film::videoFormat(file, display.isTransparent));
-    video->add(film::shownColor(picture, shown));
-  }
-  video->finish();
-  progress("video", 1);
-  return file;
-}
-
-// Throws Error for a map that frames of the model cannot give.
-void requireMaps(const scene::Script& script, const method::Description& model) {
-  for (const std::string& map : script.output->maps) {
-    const auto refuse = [&](const std::string& why) {
-      throw Error::mismatch("another map: " + why, '"' + map + '"').at("output.maps").in(script.path);
-    };
-    const std::string layer = map == "normal" ? "normal" : "depth";
-    if (map == "albedo") {
-      if (model.isBaked) refuse("a model of photographs under fixed light has no albedo");
-    } else if (std::ranges::find(model.aovs, layer) == model.aovs.end()) {
-      refuse(fmt::format("frames of {} have no {}", model.method, layer));
-    }
-  }
-}
-
-// Renders the layers that maps are made of, and makes the maps. They show the object sharp and without the
-// ground's shadow: a frame with either has layers of its own for them.
-class MapMaker {
+// A film while it is rendered, and what its frames have told.
+class FilmRun {
 public:
-  MapMaker(const scene::Script& script, const method::Description& model)
-      : asked_(script.output->aov), maps_(script.output->maps), hasGround_(script.ground), rendered_(asked_) {
-    range_.middle = assume<Point3<ObjectSpace, double>>(model.middle.raw());
-    double radius = 0;
-    for (const auto& point : model.points)
-      radius = std::max(radius, (point.raw().cast<double>() - model.middle.raw()).norm());
-    range_.radius = std::max(radius, 1e-9);
-    addLayer("normal", "normal");
-    addLayer("height", "depth");
+  // The arguments must outlive the object. `identity` is that of the film, without quality.
+  FilmRun(const RenderArguments& arguments, const OpenFilm& film, FilmQuality& quality,
+          const film::FrameMaps& maps, film::ShotRenderer& shot, std::string identity,
+          const Progress& progress)
+      : arguments_(arguments), film_(film), quality_(quality), maps_(maps), shot_(shot),
+        identity_(std::move(identity)), progress_(progress) {
+    const method::Description& model = film.renderer->describe();
+    report_ = {{"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
+    for (const auto& [name, count] : model.counts) report_[name] = count;
+    for (size_t i = 0; i < shot.environments().size(); ++i)
+      report_["environments"].push_back(
+          environmentJson(shot.environments()[i], shot.environmentReports()[i]));
+    if (std::ranges::find(output().maps, "height") != output().maps.end())
+      report_["height"] = {{"black", -maps.heights().radius}, {"white", maps.heights().radius}};
+    const capture::Lens lens = shot.camera(film.place.range.first, arguments.scale).lens;
+    display_ = film.finish->optionsFor(lens.width, lens.height);
+    if (!arguments.display.empty())
+      viewer_.emplace(displayAddress(arguments.display), script().path.filename().string(),
+                      [](const std::string& line) { say(line); });
+    event("film", {{"first", film.place.range.first},
+                   {"last", film.place.range.last},
+                   {"every", arguments.every},
+                   {"size", {lens.width, lens.height}}});
   }
 
-  // Layers to render with the frame.
-  const std::vector<std::string>& aovs(const film::ShotRenderer& shot, int frame) const {
-    return showsObject(shot, frame) ? rendered_ : asked_;
+  void render() {
+    film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
+                            progress_);
+    const std::vector<int> frames = film_.place.frames();
+    try {
+      for (size_t i = 0; i < frames.size(); ++i) {
+        progress_("render", static_cast<double>(i) / static_cast<double>(frames.size()));
+        if (!keep(frames[i])) render(frames[i], writer);
+      }
+    } catch (const Error&) {
+      writer.finish(); // reports a failure of an earlier frame first
+      throw;
+    }
+    const std::vector<double> writing = writer.finish();
+    viewer_.reset(); // waits for the last frame to be shown
+    addSeconds(report_, writing, watch_.seconds());
+    quality_.report(report_);
+    progress_("render", 1);
   }
 
-  // Leaves only those layers in the frame that are asked for.
-  std::vector<film::MapFile> make(film::ShotRenderer& shot, int frame, double scale,
-                                  const std::filesystem::path& picture, method::FrameLayers& layers) const {
-    std::vector<film::MapFile> files;
-    const auto add = [&](const method::FrameLayers& object) {
-      for (const std::string& map : maps_)
-        files.push_back({mapPath(picture, map), made(map, shot, frame, scale, object)});
-    };
-    if (maps_.empty()) return files;
-    if (showsObject(shot, frame))
-      add(layers);
-    else
-      add(shot.renderObject(frame, scale, rendered_));
-    std::erase_if(layers.aovs,
-                  [&](const auto& layer) { return std::ranges::find(asked_, layer.first) == asked_.end(); });
-    return files;
+  // Encodes the frames that are on disk.
+  void encode() {
+    if (film_.video.empty()) return;
+    if (!isExposed_) expose();
+    std::vector<std::filesystem::path> frames;
+    for (const int frame : film_.place.frames()) frames.push_back(pathOf(frame));
+    film::writeVideo(film_.video, frames, script().frames->fps / arguments_.every, display_, progress_);
+    report_["video"] = film_.video.string();
+    event("video", {{"file", film_.video.string()}});
   }
 
-  void report(Json& report) const {
-    if (std::ranges::find(maps_, "height") != maps_.end())
-      report["height"] = {{"black", -range_.radius}, {"white", range_.radius}};
+  // Says how the film came out. Returns its report.
+  Json finished() {
+    if (isExposed_ && !script().exposure) {
+      const double stops = -std::log2(display_.white);
+      report_["automatic_exposure_stops"] = stops;
+      say(exposureSentence(stops));
+    }
+    const MemoryUse memory = memoryUse();
+    report_["memory_peak_bytes"] = memory.peakBytes;
+    report_["memory_anonymous_bytes"] = memory.anonymousBytes;
+    if (trust_.isKnown()) {
+      report_["trust"] = trust_.json();
+      say(trust_.sentence());
+    }
+    const size_t rendered = report_["frames"].size();
+    say(summary(rendered, kept_, watch_.seconds(), arguments_.output) + quality_.summary());
+    if (!film_.video.empty())
+      say(videoSentence());
+    else if (const auto stale = staleVideo(); rendered > 0 && stale)
+      say(stale->string() + ": of an earlier run, since --no-video leaves it as it is");
+    return std::move(report_);
   }
 
 private:
-  // Whether the frame is of the object alone, and sharp.
-  bool showsObject(const film::ShotRenderer& shot, int frame) const {
-    return !hasGround_ && shot.samples(frame) == 1;
-  }
-  void addLayer(const char* map, const char* layer) {
-    if (std::ranges::find(maps_, map) != maps_.end() &&
-        std::ranges::find(rendered_, layer) == rendered_.end())
-      rendered_.push_back(layer);
-  }
-  image::PngSamples made(const std::string& map, film::ShotRenderer& shot, int frame, double scale,
-                         const method::FrameLayers& layers) const {
-    if (map == "albedo") return film::albedoMap(shot.renderAlbedo(frame, scale).color);
-    const capture::Camera<ObjectSpace> camera = shot.camera(frame, scale);
-    return map == "normal" ? film::normalMap(layers.color, layers.aovs.at("normal"), camera)
-                           : film::heightMap(layers.color, layers.aovs.at("depth"), range_, camera);
+  const scene::Script& script() const { return film_.script; }
+  const scene::Output& output() const { return *film_.script.output; }
+  std::filesystem::path pathOf(int frame) const {
+    return scene::framePath(output(), film_.place.folder, frame);
   }
 
-  const std::vector<std::string> asked_, maps_;
-  const bool hasGround_;
-  std::vector<std::string> rendered_; // AOVs
-  film::HeightRange range_;
+  void expose() {
+    quality_.setBase();
+    display_.white = 1 / shot_.previewExposure();
+    isExposed_ = true;
+  }
+
+  // A frame and its files, for an event.
+  Json filesOf(int frame) const {
+    const auto picture = pathOf(frame);
+    Json files = {{"frame", frame}, {"file", picture.string()}};
+    if (output().png) files["preview"] = previewPath(picture).string();
+    for (const std::string& map : output().maps) files["maps"].push_back(mapPath(picture, map).string());
+    return files;
+  }
+
+  // Whether the frame is there, and is to stay.
+  bool keep(int frame) {
+    const bool anySetting = arguments_.quality.budgetMs.has_value();
+    if (!arguments_.resume ||
+        !isRendered(pathOf(frame), output(), identity_ + quality_.identity(), anySetting))
+      return false;
+    ++kept_;
+    Json kept = filesOf(frame);
+    kept["kept"] = true;
+    event("frame", kept);
+    return true;
+  }
+
+  image::ExrAttributes attributesOf(int frame, const method::Setting& setting) const {
+    const capture::Camera<ObjectSpace> camera = shot_.camera(frame, arguments_.scale);
+    image::ExrAttributes attributes = film::frameAttributes(camera, script(), frame);
+    attributes["surflect.identity"] = identity_ + quality_.identity(setting);
+    attributes["surflect.script"] = hex(script().hash);
+    attributes["surflect.camera"] = describe(camera);
+    if (!setting.empty()) attributes["surflect.setting"] = method::textOf(setting);
+    return attributes;
+  }
+
+  std::optional<double> exposureOf(int frame) const {
+    return scene::exposureAt(script(), scene::shotTime(script(), frame));
+  }
+
+  void render(int frame, film::FilmWriter& writer) {
+    film::FrameFiles files{.picture = pathOf(frame)};
+    const control::Choice choice = quality_.choose(shot_, *script().frames, frame, arguments_.scale);
+    files.attributes = attributesOf(frame, choice.setting);
+    const Stopwatch watch;
+    shot_.reuse(writer.spare());
+    method::FrameLayers picture = shot_.render(frame, arguments_.scale, maps_.aovs(shot_, frame));
+    if (viewer_) viewer_->show(film::overShadow(picture));
+    if (picture.report.remark) sayOnce(saidEmpty_, frame, *picture.report.remark);
+    if (const auto steps = saidSteps_ ? std::nullopt : stepsOf(shot_, frame, arguments_.scale))
+      sayOnce(saidSteps_, frame, *steps);
+    film::FrameMaps::Made maps = maps_.make(shot_, frame, arguments_.scale, picture);
+    if (maps.beyond)
+      sayOnce(
+          saidHeights_, frame,
+          fmt::format("the height map clips heights of up to {0:.4g}: it holds those of the object at rest, "
+                      "-{1:.4g} to {1:.4g}",
+                      *maps.beyond, maps_.heights().radius));
+    for (size_t i = 0; i < maps.maps.size(); ++i)
+      files.maps.push_back({mapPath(files.picture, output().maps[i]), std::move(maps.maps[i])});
+    trust_.add(frame, picture);
+    Json entry = frameJson(picture.report);
+    entry["frame"] = frame;
+    entry["file"] = files.picture.string();
+    if (const auto stops = exposureOf(frame)) entry["exposure_stops"] = *stops;
+    entry["total_seconds"] = watch.seconds();
+    if (output().png) {
+      files.preview = previewPath(files.picture);
+      if (!isExposed_) expose();
+      files.display = display_;
+    }
+    for (const film::MapFile& map : files.maps) entry["maps"].push_back(map.path.string());
+    quality_.report(shot_, frame, arguments_.scale, choice, picture.color, entry);
+    files.written = [all = filesOf(frame), rendering = watch.seconds()](double writing) {
+      Json written = all;
+      written["seconds"] = rendering + writing;
+      event("frame", written);
+    };
+    report_["frames"].push_back(std::move(entry));
+    writer.write(std::move(files), std::move(picture));
+  }
+
+  void sayOnce(bool& isSaid, int frame, const std::string& line) const {
+    if (!std::exchange(isSaid, true)) say(fmt::format("{}: frame {}: {}", arguments_.script, frame, line));
+  }
+
+  std::string videoSentence() const {
+    const bool isOverBlack = display_.isTransparent && film_.video.extension() == ".mp4";
+    std::string sentence = film_.video.string() + ": the film";
+    if (film_.place.isPart(*script().frames))
+      sentence += fmt::format(" of {}", counted(film_.place.frames().size(), "frame"));
+    if (isOverBlack)
+      sentence += fmt::format(" over black{}, as an MP4 has no alpha; output.background is another, a .mov "
+                              "keeps alpha",
+                              script().ground ? ", on which the ground's shadow is not seen" : "");
+    return sentence;
+  }
+
+  // A video that frames of this run are no longer in.
+  std::optional<std::filesystem::path> staleVideo() const {
+    if (output().video.empty()) return std::nullopt;
+    std::filesystem::path path = videoPath(output(), *script().frames, film_.place);
+    return std::filesystem::exists(path) ? std::optional(path) : std::nullopt;
+  }
+
+  const RenderArguments& arguments_;
+  const OpenFilm& film_;
+  FilmQuality& quality_;
+  const film::FrameMaps& maps_;
+  film::ShotRenderer& shot_;
+  const std::string identity_;
+  const Progress& progress_;
+  const Stopwatch watch_;
+  film::DisplayOptions display_;
+  bool isExposed_ = false; // display_'s white is known
+  std::optional<DisplayClient> viewer_;
+  FilmTrust trust_;
+  Json report_;
+  size_t kept_ = 0;
+  bool saidEmpty_ = false, saidSteps_ = false, saidHeights_ = false;
 };
 
 Json runRender(const RenderArguments& arguments, const Progress& progress) {
-  OpenFilm openFilm = opened(arguments, progress);
-  const auto& [renderer, script, range, folders, finish] = openFilm;
-  const method::Description& model = renderer->describe();
+  const OpenFilm film = opened(arguments, progress);
+  const scene::Script& script = film.script;
+  const method::Description& model = film.renderer->describe();
   FilmQuality quality(arguments.quality, arguments.options.settingFor(method::methodOf(model.method)),
-                      *renderer);
+                      *film.renderer);
   scene::requireShot(script);
   requireAovs(script, model);
-  requireMaps(script, model);
-  film::ShotRenderer shot(script, *renderer, progress);
+  const film::FrameMaps maps(script, model);
+  film::ShotRenderer shot(script, *film.renderer, progress);
   for (const scene::Environment& environment : shot.environments())
     for (const std::string& remark : remarksOn(environment)) say(remark);
-  for (const auto& folder : folders) createFolder(folder);
-  removeLitter(script, arguments);
-
-  if (const auto misfit =
-          evaluation::misplacedRestMesh(script, scene::shotTime(script, range.first), model.points))
-    say(*misfit);
-
-  const std::string filmsIdentity = filmIdentity(script, model, shot, *finish, arguments.scale);
-  const std::string identity = filmsIdentity + quality.identity();
-  Json report = {
-      {"model", model.folder.string()}, {"environments", Json::array()}, {"frames", Json::array()}};
-  for (const auto& [name, count] : model.counts) report[name] = count;
-  for (size_t i = 0; i < shot.environments().size(); ++i)
-    report["environments"].push_back(environmentJson(shot.environments()[i], shot.environmentReports()[i]));
-  const capture::Lens lens = shot.camera(range.first, arguments.scale).lens;
-  film::DisplayOptions display = finish->optionsFor(lens.width, lens.height);
-  bool isExposed = false; // display's white is known
-  const auto expose = [&] {
-    quality.setBase();
-    display.white = 1 / shot.previewExposure();
-    isExposed = true;
-  };
-  size_t kept = 0;
-  bool saidEmpty = false, saidSteps = false;
-  FilmTrust trust;
-  const MapMaker maps(script, model);
-  maps.report(report);
-  std::optional<DisplayClient> viewer;
-  if (!arguments.display.empty())
-    viewer.emplace(displayAddress(arguments.display), script.path.filename().string(),
-                   [](const std::string& line) { say(line); });
-  event("film", {{"first", range.first},
-                 {"last", range.last},
-                 {"every", arguments.every},
-                 {"size", {lens.width, lens.height}}});
-  const Stopwatch film;
-  film::FilmWriter writer(isAlone() ? film::FilmWriter::Thread::callers : film::FilmWriter::Thread::own,
-                          progress);
-  try {
-    for (int frame = range.first; frame <= range.last; frame += arguments.every) {
-      progress("render", static_cast<double>(frame - range.first) / (range.last - range.first + 1));
-      const auto path = scene::framePath(*script.output, arguments.output, frame);
-      if (arguments.resume &&
-          isRendered(path, *script.output, identity, arguments.quality.budgetMs.has_value())) {
-        ++kept;
-        event("frame", {{"frame", frame}, {"file", path.string()}, {"kept", true}});
-        continue;
-      }
-      film::FrameFiles files{.picture = path};
-      const control::Choice choice = quality.choose(shot, *script.frames, frame, arguments.scale);
-      const capture::Camera<ObjectSpace> camera = shot.camera(frame, arguments.scale);
-      files.attributes = film::frameAttributes(camera, script, frame);
-      files.attributes.merge(
-          image::ExrAttributes{{"surflect.identity", filmsIdentity + quality.identity(choice.setting)},
-                               {"surflect.script", hex(script.hash)},
-                               {"surflect.camera", describe(camera)}});
-      const auto stops = scene::exposureAt(script, scene::shotTime(script, frame));
-      if (!choice.setting.empty()) files.attributes["surflect.setting"] = method::textOf(choice.setting);
-      const Stopwatch watch;
-      shot.reuse(writer.spare());
-      method::FrameLayers picture = shot.render(frame, arguments.scale, maps.aovs(shot, frame));
-      if (viewer) viewer->show(film::overShadow(picture));
-      if (picture.report.remark && !saidEmpty) {
-        say(fmt::format("{}: frame {}: {}", arguments.script, frame, *picture.report.remark));
-        saidEmpty = true;
-      }
-      if (!saidSteps) {
-        const std::optional<std::string> steps = stepsOf(shot, frame, arguments.scale);
-        if (steps) say(fmt::format("{}: frame {}: {}", arguments.script, frame, *steps));
-        saidSteps = steps.has_value();
-      }
-      files.maps = maps.make(shot, frame, arguments.scale, path, picture);
-      trust.add(frame, picture);
-      Json entry = frameJson(picture.report);
-      entry["frame"] = frame;
-      entry["file"] = path.string();
-      if (stops) entry["exposure_stops"] = *stops;
-      entry["total_seconds"] = watch.seconds();
-      if (script.output->png) {
-        files.preview = previewPath(path);
-        if (!isExposed) expose();
-        files.display = display;
-      }
-      for (const film::MapFile& map : files.maps) entry["maps"].push_back(map.path.string());
-      quality.report(shot, frame, arguments.scale, choice, picture.color, entry);
-      files.written = [frame, path, rendering = watch.seconds()](double writing) {
-        event("frame", {{"frame", frame}, {"file", path.string()}, {"seconds", rendering + writing}});
-      };
-      report["frames"].push_back(std::move(entry));
-      writer.write(std::move(files), std::move(picture));
-    }
-  } catch (const Error&) {
-    writer.finish(); // reports a failure of an earlier frame first
-    throw;
-  }
-  const std::vector<double> writing = writer.finish();
-  viewer.reset(); // waits for the last frame to be shown
-  addSeconds(report, writing, film.seconds());
-  quality.report(report);
-  progress("render", 1);
-  if (arguments.makesVideo(*script.output)) {
-    if (!isExposed) expose();
-    report["video"] = writeVideo(script, arguments, range, display, progress).string();
-  }
-  if (isExposed && !script.exposure) {
-    const double stops = -std::log2(display.white);
-    report["automatic_exposure_stops"] = stops;
-    say(exposureSentence(stops));
-  }
-  const MemoryUse memory = memoryUse();
-  report["memory_peak_bytes"] = memory.peakBytes;
-  report["memory_anonymous_bytes"] = memory.anonymousBytes;
-  if (trust.isKnown()) {
-    report["trust"] = trust.json();
-    say(trust.sentence());
-  }
-  say(summary(report["frames"].size(), kept, film.seconds(), arguments.output) + quality.summary());
-  if (report.contains("video")) {
-    const auto video = report["video"].get<std::string>();
-    const bool isOverBlack = display.isTransparent && video.ends_with(".mp4");
-    say(video + ": the film" +
-        (isOverBlack ? fmt::format(" over black{}, as an MP4 has no alpha; output.background is another, a "
-                                   ".mov keeps alpha",
-                                   script.ground ? ", on which the ground's shadow is not seen" : "")
-                     : ""));
-  }
-  return report;
+  for (const auto& folder : film.folders) createFolder(folder);
+  removeLitter(script, film.place.folder);
+  const warp::ShotTime first = scene::shotTime(script, film.place.range.first);
+  if (const auto misfit = evaluation::misplacedRestMesh(script, first, model.points)) say(*misfit);
+  FilmRun run(arguments, film, quality, maps, shot,
+              filmIdentity(script, model, shot, *film.finish, arguments.scale), progress);
+  run.render();
+  run.encode();
+  return run.finished();
 }
 
 } // namespace

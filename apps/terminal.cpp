@@ -4,10 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,7 +21,7 @@ namespace surflect {
 namespace {
 
 volatile std::sig_atomic_t interruptedBy = 0; // a signal
-std::atomic<bool> jsonLines = false;
+std::atomic<bool> jsonLines = false, lostEvents = false;
 
 void interrupt(int signal) {
   interruptedBy = signal;
@@ -83,6 +85,7 @@ void watchSignals() {
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
 int interruptingSignal() { return interruptedBy; }
@@ -118,15 +121,21 @@ Progress terminalProgress() {
 
 void printJsonLines() { jsonLines = true; }
 
-bool event(std::string_view name, const nlohmann::ordered_json& fields) {
+bool eventsAreLost() { return lostEvents; }
+
+void event(std::string_view name, const nlohmann::ordered_json& fields) {
   using Json = nlohmann::ordered_json;
-  if (!jsonLines) return true;
+  if (!jsonLines) return;
   static std::mutex mutex; // whole lines, one after the other
   Json line = {{"event", name}};
   line.update(fields);
   const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
   const std::lock_guard lock(mutex);
-  return std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  if (!jsonLines) return;
+  if (std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0) return;
+  say(std::string("standard output: cannot write events (") + std::strerror(errno) + "); the work goes on");
+  jsonLines = false;
+  lostEvents = true;
 }
 
 void say(std::string_view line) {

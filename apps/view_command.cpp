@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <memory>
 #include <thread>
@@ -121,7 +120,6 @@ Json runView(const ViewArguments& arguments, const Progress& progress) {
     say(fmt::format("--host {}: other machines can reach the viewer; whoever has its address, which is sent "
                     "unencrypted, can write snapshots and the script",
                     arguments.server.host));
-  std::signal(SIGPIPE, SIG_IGN); // a page may close, and ffmpeg end, at any time
   viewer::Viewer viewer(std::move(input), progress);
   progress("opened", 1);
   const viewer::Server server(viewer, arguments.server);

@@ -2,6 +2,7 @@
 
 #include "surfel/base/time.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <utility>
@@ -58,9 +59,14 @@ void FilmWriter::encode(const Frame& frame) {
   if (previewPath) std::filesystem::remove(*previewPath);
   for (const MapFile& map : maps) std::filesystem::remove(map.path);
   std::string picture, preview;
+  std::vector<std::string> mapBytes(maps.size());
   tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
                          if (previewPath) preview = pngBytes(shownColor(frame.film, display));
+                       },
+                       [&] {
+                         tbb::parallel_for(size_t{0}, maps.size(),
+                                           [&](size_t i) { mapBytes[i] = image::pngBytes(maps[i].samples); });
                        });
   const auto add = [&](const std::filesystem::path& path, const std::string& bytes) {
     pending_.push_back(std::make_unique<AtomicFile>(path));
@@ -68,7 +74,7 @@ void FilmWriter::encode(const Frame& frame) {
   };
   const size_t before = pending_.size();
   try {
-    for (const MapFile& map : maps) add(map.path, image::pngBytes(map.samples));
+    for (size_t i = 0; i < maps.size(); ++i) add(maps[i].path, mapBytes[i]);
     if (previewPath) add(*previewPath, preview);
     add(picturePath, picture);
   } catch (...) {

@@ -3,8 +3,11 @@
 #include "srf/image/color.h"
 #include "surfel/base/error.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cassert>
 #include <cmath>
+#include <vector>
 
 namespace surflect::film {
 
@@ -26,8 +29,16 @@ void setSample(image::PngSamples& map, size_t pixel, int channel, double value) 
 
 float alphaAt(const image::Image& color, size_t pixel) { return color.values[4 * pixel + 3]; }
 
-size_t pixelsOf(const image::Image& image) {
-  return static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+// Calls change(pixel) for all pixels, whole rows on one thread.
+template <class Change> void forPixels(const image::Image& image, const Change& change) {
+  const auto width = static_cast<size_t>(image.width);
+  tbb::parallel_for(size_t{0}, static_cast<size_t>(image.height), [&](size_t row) {
+    for (size_t pixel = row * width; pixel < (row + 1) * width; ++pixel) change(pixel);
+  });
+}
+
+void keepFarthest(std::optional<double>& farthest, double height) {
+  if (!farthest || std::abs(height) > std::abs(*farthest)) farthest = height;
 }
 
 } // namespace
@@ -36,43 +47,51 @@ image::PngSamples normalMap(const image::Image& color, const image::Image& norma
                             const capture::Camera<ObjectSpace>& camera) {
   assert(normals.channels == 3);
   image::PngSamples map = emptyMap(color, 4);
-  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+  forPixels(color, [&](size_t pixel) {
     const float* n = &normals.values[3 * pixel];
-    const Vec3<double> inCamera = camera.cameraFromWorld.rotation() * Vec3<double>(n[0], n[1], n[2]);
+    Vec3<double> inCamera = camera.cameraFromWorld.rotation() * Vec3<double>(n[0], n[1], n[2]);
     const double length = inCamera.norm(); // premultiplied by alpha
-    if (!(length > 0) || !(alphaAt(color, pixel) > 0)) continue;
-    for (int axis = 0; axis < 3; ++axis) setSample(map, pixel, axis, 0.5 + 0.5 * inCamera[axis] / length);
-    setSample(map, pixel, 3, alphaAt(color, pixel));
-  }
+    const bool isObject = length > 0 && alphaAt(color, pixel) > 0;
+    inCamera = isObject ? Vec3<double>(inCamera / length) : Vec3<double>::UnitZ();
+    for (int axis = 0; axis < 3; ++axis) setSample(map, pixel, axis, 0.5 + 0.5 * inCamera[axis]);
+    if (isObject) setSample(map, pixel, 3, alphaAt(color, pixel));
+  });
   return map;
 }
 
-image::PngSamples heightMap(const image::Image& color, const image::Image& depth, const HeightRange& range,
-                            const capture::Camera<ObjectSpace>& camera) {
+HeightMap heightMap(const image::Image& color, const image::Image& depth, const HeightRange& range,
+                    const capture::Camera<ObjectSpace>& camera) {
   assert(depth.channels == 1 && range.radius > 0);
-  image::PngSamples map = emptyMap(color, 2);
+  HeightMap map{emptyMap(color, 2), std::nullopt};
   const double depthOfMiddle = -camera.cameraFromWorld(range.middle).z();
-  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+  std::vector<std::optional<double>> farthest(static_cast<size_t>(color.height)); // of each row
+  const auto width = static_cast<size_t>(color.width);
+  forPixels(color, [&](size_t pixel) {
     const double z = depth.values[pixel];
-    if (!std::isfinite(z) || !(alphaAt(color, pixel) > 0)) continue;
-    setSample(map, pixel, 0, 0.5 + 0.5 * (depthOfMiddle - z) / range.radius);
-    setSample(map, pixel, 1, alphaAt(color, pixel));
-  }
-  map.texts = {{"height of black", numberText(-range.radius)}, {"height of white", numberText(range.radius)}};
+    if (!std::isfinite(z) || !(alphaAt(color, pixel) > 0)) return;
+    const double height = depthOfMiddle - z;
+    setSample(map.samples, pixel, 0, 0.5 + 0.5 * height / range.radius);
+    setSample(map.samples, pixel, 1, alphaAt(color, pixel));
+    keepFarthest(farthest[pixel / width], height);
+  });
+  for (const auto& height : farthest)
+    if (height) keepFarthest(map.farthest, *height);
+  map.samples.texts = {{"height of black", numberText(-range.radius)},
+                       {"height of white", numberText(range.radius)}};
   return map;
 }
 
 image::PngSamples albedoMap(const image::Image& color) {
   image::PngSamples map = emptyMap(color, 4);
   map.colors = image::PngColors::srgb;
-  for (size_t pixel = 0; pixel < pixelsOf(color); ++pixel) {
+  forPixels(color, [&](size_t pixel) {
     const float alpha = alphaAt(color, pixel);
-    if (!(alpha > 0)) continue;
+    if (!(alpha > 0)) return;
     for (int c = 0; c < 3; ++c)
       setSample(map, pixel, c,
                 image::srgbFromLinear(color.values[4 * pixel + static_cast<size_t>(c)] / alpha));
     setSample(map, pixel, 3, alpha);
-  }
+  });
   return map;
 }
 

@@ -1,5 +1,6 @@
 #include "render/film/standard_attributes.h"
 
+#include "render/film/video.h"
 #include "render/scene/scene.h"
 #include "surfel/base/version.h"
 
@@ -56,7 +57,7 @@ std::optional<image::RowMatrix> worldToNdc(const capture::Camera<ObjectSpace>& c
 image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& camera,
                                         const scene::Script& script, int frame) {
   image::ExrAttributes attributes{{"worldToCamera", worldToCamera(camera)},
-                                  {"framesPerSecond", image::FrameRate{script.frames->fps}},
+                                  {"framesPerSecond", frameRate(script.frames->fps)},
                                   {"imageCounter", frame},
                                   {"software", std::string("surflect ") + kVersion}};
   if (const auto ndc = worldToNdc(camera)) attributes["worldToNDC"] = *ndc;

@@ -1,6 +1,6 @@
 #include "render/film/video.h"
 
-#include "srf/image/exr.h"
+#include "render/film/frame_file.h"
 #include "surfel/base/error.h"
 #include "surfel/base/text.h"
 
@@ -11,8 +11,11 @@
 #include <cassert>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <spawn.h>
 #include <string>
 #include <sys/mman.h>
@@ -113,9 +116,23 @@ bool canEncodeVideo() {
   return false;
 }
 
-std::string rateText(double framesPerSecond) {
-  const std::optional<int> thousands = image::ntscRate(framesPerSecond);
-  return thousands ? fmt::format("{}/1001", *thousands) : fmt::format("{}", framesPerSecond);
+image::FrameRate frameRate(double framesPerSecond) {
+  const double ntsc = std::round(framesPerSecond * 1.001); // 24, 30, 60; with every second frame 12, 15, 30
+  if (ntsc >= 6 && ntsc <= 240 && std::fmod(ntsc, 3) == 0 &&
+      std::abs(framesPerSecond * 1.001 / ntsc - 1) < 2e-4)
+    return {static_cast<int>(1000 * ntsc), 1001};
+  // Continued fraction of nearest integers.
+  int64_t numerator = 1, denominator = 0, before[2] = {0, 1};
+  for (double rest = framesPerSecond;;) {
+    const int64_t whole = std::llround(rest);
+    const int64_t p = whole * numerator + before[0], q = whole * denominator + before[1];
+    before[0] = std::exchange(numerator, p);
+    before[1] = std::exchange(denominator, q);
+    const double found = static_cast<double>(p) / static_cast<double>(q);
+    if (q != 0 && std::abs(found - framesPerSecond) <= 1e-9 * framesPerSecond) break;
+    rest = 1 / (rest - static_cast<double>(whole));
+  }
+  return {static_cast<int>(std::abs(numerator)), static_cast<int>(std::abs(denominator))};
 }
 
 VideoFormat videoFormat(const std::filesystem::path& file, bool isTransparent) {
@@ -129,9 +146,11 @@ VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int wid
                          double framesPerSecond)
     : file_(std::move(file)), format_(format), width_(width), height_(height), target_(file_) {
   const bool isEven = format != VideoFormat::proRes4444;
+  const image::FrameRate rate = frameRate(framesPerSecond);
   const std::vector<std::string> words =
       encoderWords(format, isEven ? even(width) : width, isEven ? even(height) : height,
-                   rateText(framesPerSecond), std::filesystem::absolute(target_.temporary()).string());
+                   fmt::format("{}/{}", rate.numerator, rate.denominator),
+                   std::filesystem::absolute(target_.temporary()).string());
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -150,7 +169,11 @@ VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int wid
   // In a group of its own, so that Ctrl-C reaches this program alone, which then ends the film.
   posix_spawnattr_t attributes;
   ::posix_spawnattr_init(&attributes);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+  sigset_t ignored; // by this program, not by ffmpeg
+  ::sigemptyset(&ignored);
+  ::sigaddset(&ignored, SIGPIPE);
+  ::posix_spawnattr_setsigdefault(&attributes, &ignored);
   const int problem = ::posix_spawnp(&process_, kEncoder, &actions, &attributes, arguments.data(), environ);
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
@@ -204,6 +227,23 @@ void VideoWriter::finish() {
   ::close(std::exchange(socket_, -1));
   if (!hasSucceeded(std::exchange(process_, -1))) throw failure("ffmpeg could not encode the film");
   target_.commit();
+}
+
+void writeVideo(const std::filesystem::path& file, const std::vector<std::filesystem::path>& frames,
+                double framesPerSecond, const DisplayOptions& display, const Progress& progress) {
+  const VideoFormat format = videoFormat(file, display.isTransparent);
+  DisplayOptions shown = display;
+  shown.bits = bitsOf(format);
+  if (format == VideoFormat::h264) shown.isTransparent = false;
+  std::optional<VideoWriter> video;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    progress("video", static_cast<double>(i) / static_cast<double>(frames.size()));
+    const method::FrameLayers frame = readFrame(frames[i]);
+    if (!video) video.emplace(file, format, frame.color.width, frame.color.height, framesPerSecond);
+    video->add(shownColor(frame, shown));
+  }
+  if (video) video->finish();
+  progress("video", 1);
 }
 
 } // namespace surflect::film

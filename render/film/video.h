@@ -2,20 +2,22 @@
 #pragma once
 
 #include "render/film/display.h"
+#include "srf/image/exr.h"
 #include "surfel/base/file.h"
 #include "surfel/base/time.h"
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace surflect::film {
 
 // Returns whether ffmpeg is in the path of programs.
 bool canEncodeVideo();
 
-// The argument of ffmpeg's option -r for a frame rate: 24000/1001 for 23.976, and so for the other rates of
-// NTSC.
-std::string rateText(double framesPerSecond);
+// Rate of a film's frames, 1e-9..1e6 a second, as a fraction: within 1e-9 of it, or 24000/1001 for 23.976 and
+// 23.98, and so for the other rates of NTSC.
+image::FrameRate frameRate(double framesPerSecond);
 
 enum class VideoFormat {
   h264,      // .mp4, 4:2:0, 8 bits; opaque
@@ -58,5 +60,10 @@ private:
   int socket_ = -1;   // to ffmpeg
   int process_ = -1;
 };
+
+// Encodes frames that are on disk, EXR files of one size, as a screen shows them. Where the file's format has
+// no alpha, a transparent film is over black. Throws Error as VideoWriter does, and Cancelled.
+void writeVideo(const std::filesystem::path& file, const std::vector<std::filesystem::path>& frames,
+                double framesPerSecond, const DisplayOptions& display, const Progress& progress);
 
 } // namespace surflect::film

@@ -103,12 +103,8 @@ void setExrThreads(int threads);
 
 // Value of an attribute in a file's header.
 
-// Numerator over 1001 of a rate of NTSC, which scripts round: 24000 for 23.976 or 23.98. None for other
-// rates.
-std::optional<int> ntscRate(double perSecond);
-
-struct FrameRate {
-  double perSecond; // written as ntscRate() where that is known
+struct FrameRate { // frames per second
+  int numerator, denominator;
 };
 using RowMatrix = std::array<std::array<float, 4>, 4>; // acts on rows from the right: (x y z 1) M
 using ExrAttribute = std::variant<std::string, int, float, FrameRate, RowMatrix>;

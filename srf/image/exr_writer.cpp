@@ -78,10 +78,7 @@ template <class T> void append(std::string& to, T value) {
 Imf::StringAttribute foreign(const std::string& text) { return {text}; }
 Imf::IntAttribute foreign(int number) { return {number}; }
 Imf::FloatAttribute foreign(float number) { return {number}; }
-Imf::RationalAttribute foreign(FrameRate rate) {
-  if (const auto thousands = ntscRate(rate.perSecond)) return {Imf::Rational(*thousands, 1001)};
-  return {Imf::Rational(rate.perSecond)};
-}
+Imf::RationalAttribute foreign(FrameRate rate) { return {{rate.numerator, rate.denominator}}; }
 Imf::M44fAttribute foreign(const RowMatrix& matrix) {
   Imath::M44f copy;
   for (int row = 0; row < 4; ++row)
@@ -202,12 +199,6 @@ std::string chunkOf(const Planes& planes, int first, int end) {
 void roundTo(Precision precision, std::span<float> values) {
   if (precision == Precision::half)
     for (float& value : values) value = half(half::FromBits, nearestHalf(value));
-}
-
-std::optional<int> ntscRate(double perSecond) {
-  for (const int nominal : {24, 30, 48, 60, 120})
-    if (std::abs(perSecond - nominal / 1.001) < 0.005) return 1000 * nominal;
-  return std::nullopt;
 }
 
 std::string exrBytes(std::span<const ExrLayer> layers, const ExrAttributes& attributes,

@@ -113,6 +113,12 @@ def with_keys_of(block, script):
     """A script with the keys of a block's tables in its own tables of the same names, or in new ones."""
     for header, keys in re.findall(r"^(\[{1,2}\w+\]{1,2}).*\n((?:(?!\[).*\n?)*)", block, re.MULTILINE):
         own = header + "\n"
+        if own in script and "[[" not in header:  # the block's keys take the place of its own
+            before, _, after = script.partition(own)
+            table, bracket, rest = re.match(r"((?:(?!\[).*\n?)*)(\[?)(.*)", after, re.DOTALL).groups()
+            for key in re.findall(r"^(\w+) =", keys, re.MULTILINE):
+                table = re.sub(rf"^{key} =.*\n", "", table, flags=re.MULTILINE)
+            script = before + own + table + bracket + rest
         script = script.replace(own, own + keys + "\n", 1) if own in script and "[[" not in header else script + own + keys + "\n"
     return script
 
@@ -351,7 +357,7 @@ class Documented(TestInFolder):
         points = [float(x) for line in (folder / "cage.obj").read_text().splitlines() if line.startswith("v ") for x in line.split()[1:4]]
         (folder / "bend.mdd").write_bytes(struct.pack(f">2if{len(points)}f", 1, len(points) // 3, 0, *points))
         count = 0
-        for page in ("script.md", "film.md", "lightstage.md", "import.md"):
+        for page in ("script.md", "lightstage.md", "import.md"):
             first = None
             for block in toml_blocks((ROOT / "docs" / page).read_text()):
                 count += 1
@@ -367,9 +373,9 @@ class Documented(TestInFolder):
                     found = subprocess.run([SURFLECT, "inspect", "block.toml", "--json"], cwd=folder, capture_output=True, text=True)
                     self.assertEqual(found.returncode, 0, found.stderr)
                     self.assertIn("stage" if page == "lightstage.md" else "script", json.loads(found.stdout)["file"])
-        for block in toml_blocks((ROOT / "docs" / "film.md").read_text()):
+        for page, block in ((page, block) for page in ("film.md", "outputs.md") for block in toml_blocks((ROOT / "docs" / page).read_text())):
             count += 1
-            with self.subTest(page="film.md", block=block):
+            with self.subTest(page=page, block=block):
                 (folder / "block.toml").write_text(with_keys_of(block, FILM.format(model="M.srf") + LIGHT))
                 found = subprocess.run([SURFLECT, "inspect", "block.toml", "--json"], cwd=folder, capture_output=True, text=True)
                 self.assertEqual(found.returncode, 0, found.stderr)

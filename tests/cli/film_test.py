@@ -5,16 +5,29 @@ import math
 import os
 import re
 import resource
+import struct
 import subprocess
 import unittest
 
-from exr import read_exr
+from exr import read_exr, read_header
 from png import read_png, write_png
 from support import SCRIPT, SURFLECT, TestInFolder, content, run, succeed
 
 SUN = '[[light]]\ntype = "directional"\ndirection = [1, -1, 1]\n'
 GREY = "background = [0.5, 0.5, 0.5]"
 WIDTH, HEIGHT = 120, 90
+# A view whose colours are powers of linear light.
+CONFIGURATION = """ocio_profile_version: 1
+roles: {scene_linear: lin, default: lin}
+displays:
+  screen:
+    - !<View> {name: film, colorspace: film}
+colorspaces:
+  - !<ColorSpace> {name: lin}
+  - !<ColorSpace>
+    name: film
+    from_reference: !<ExponentTransform> {value: [POWER, POWER, POWER, 1]}
+"""
 
 
 def decibels(a, b):
@@ -192,21 +205,81 @@ class Film(TestInFolder):
         script = self.script_with("odd", f'{GREY}\nvideo = "film.mp4"')
         script.write_text(script.read_text().replace("[120, 90]", "[119, 89]"))
         succeed("render", script, "-o", self.folder / "odd", "--frames", "1")
-        stream = probed(self.folder / "odd/film.mp4")
+        film = self.folder / "odd/film.1-1.mp4"
+        stream = probed(film)
         self.assertEqual((stream["width"], stream["height"]), (120, 90))
-        self.assertTrue(all(abs(c - 128) < 3 for c in decoded(self.folder / "odd/film.mp4")[0][-1]))
+        self.assertTrue(all(abs(c - 128) < 3 for c in decoded(film)[0][-1]))
 
-    def test_parts_of_a_film_are_films_and_resume_makes_the_whole(self):
+    def test_a_part_of_a_film_never_takes_the_place_of_the_whole(self):
         video = f'{GREY}\nvideo = "film.mp4"'
-        _, folder = self.render("parts", video, options=["--frames", "2-3"])
-        self.assertEqual(probed(folder / "film.mp4")["nb_read_frames"], "2")
+        report, folder = self.render("parts", video, options=["--frames", "2-3"])
+        self.assertEqual(report["video"], str(folder / "film.2-3.mp4"))
+        self.assertEqual(probed(folder / "film.2-3.mp4")["nb_read_frames"], "2")
+        self.assertFalse((folder / "film.mp4").exists())
         report, _ = self.render("parts", video, options=["--resume"])
         self.assertEqual(([frame["frame"] for frame in report["frames"]], probed(folder / "film.mp4")["nb_read_frames"]), ([1], "3"))
         _, whole = self.render("whole", video)
         self.assertEqual(decoded(folder / "film.mp4"), decoded(whole / "film.mp4"))
-        self.render("parts", video, options=["--every", "2"])
-        stream = probed(folder / "film.mp4")
+        before = (folder / "film.mp4").read_bytes()
+        report, _ = self.render("parts", video, options=["--every", "2"])
+        self.assertEqual(report["video"], str(folder / "film.1-3x2.mp4"))
+        stream = probed(folder / "film.1-3x2.mp4")
         self.assertEqual((stream["nb_read_frames"], stream["r_frame_rate"]), ("2", "12/1"))
+        self.assertEqual((folder / "film.mp4").read_bytes(), before)
+
+    def test_a_video_of_an_earlier_run_is_told(self):
+        script = self.script_with("stale", 'video = "film.mov"')
+        result = run("render", script, "-o", self.folder / "stale", "--no-video")
+        self.assertNotIn("film.mov", result.stderr)
+        succeed("render", script, "-o", self.folder / "stale", "--resume")
+        result = run("render", script, "-o", self.folder / "stale", "--no-video")
+        self.assertIn(f"{self.folder}/stale/film.mov: of an earlier run", result.stderr)
+        result = run("render", script, "-o", self.folder / "stale", "--no-video", "--resume")
+        self.assertNotIn("film.mov", result.stderr)  # it has these frames
+
+    def test_a_video_has_the_rate_of_its_headers(self):
+        script = self.script_with("rated", 'video = "film.mp4"')
+        script.write_text(script.read_text().replace("last = 3", "last = 3\nfps = 23.98"))
+        succeed("render", script, "-o", self.folder / "rated")
+        self.assertEqual(probed(self.folder / "rated/film.mp4")["r_frame_rate"], "24000/1001")
+        kind, value = read_header(self.folder / "rated/frame.01.exr")[0]["framesPerSecond"]
+        self.assertEqual((kind, struct.unpack("<iI", value)), ("rational", (24000, 1001)))
+
+    def test_a_blurred_film_with_a_shadow_has_all_its_files(self):
+        maps, tables = 'maps = ["normal", "height", "albedo"]', "[ground]\npoint = [0, 0, -1]\nshadow = 0.7\n"
+        _, plain = self.render("sharp", maps, "exposure = -1")
+        blurred = self.script_with("blurred", f'{maps}\n{GREY}\nvideo = "film.mov"\nsamples = 4', "exposure = -1\nshutter_deg = 180\naperture = 0.1")
+        blurred.write_text(blurred.read_text() + tables)
+        report, folder = succeed("render", blurred, "-o", self.folder / "blurred"), self.folder / "blurred"
+        self.assertEqual(len(report["frames"]), 3)
+        names = sorted(name for name in content(folder) if re.fullmatch(r"frame\.\d\d\.\w+\.png", name))
+        self.assertEqual(len(names), 9)
+        for name in names:
+            self.assertEqual(read_png(folder / name), read_png(plain / name), name)
+        for frame, got in enumerate(decoded(folder / "film.mov"), 1):
+            shown = read_png(folder / f"frame.{frame:02}.png")
+            self.assertGreater(decibels(got, shown), 45)
+            darkened = sum(max(pixel) < 120 and a == 0 for pixel, a in zip(shown, self.halves(plain / f"frame.{frame:02}.exr")["A"]))
+            self.assertGreater(darkened, 100)
+        before = content(folder)
+        report = succeed("render", blurred, "-o", folder, "--resume", "--no-video")
+        self.assertEqual(report["frames"], [])
+        self.assertEqual(content(folder), before)
+
+    def test_another_configuration_of_colours_renders_a_film_anew(self):
+        script, env = self.script_with("colours", 'tone = "ocio"'), {**os.environ, "OCIO": str(self.folder / "config.ocio")}
+
+        def rendered(power):
+            (self.folder / "config.ocio").write_text(CONFIGURATION.replace("POWER", str(power)))
+            result = subprocess.run([SURFLECT, "render", script, "-o", self.folder / "colours", "--resume", "--json", "--frames", "2"],
+                                    capture_output=True, text=True, env=env, timeout=300)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            return len(json.loads(result.stdout)["frames"]), read_png(self.folder / "colours/frame.02.png")
+
+        (first, before), (same, kept), (other, after) = rendered(0.5), rendered(0.5), rendered(0.25)
+        self.assertEqual((first, same, other), (1, 0, 1))
+        self.assertEqual(before, kept)
+        self.assertNotEqual(before, after)
 
     def with_path(self, path, *arguments, **options):
         return subprocess.run([SURFLECT, *map(str, arguments)], capture_output=True, text=True, timeout=300,

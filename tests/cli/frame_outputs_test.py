@@ -215,7 +215,7 @@ class FrameOutputs(TestInFolder):
         worst_normal, worst_height, middles = 0, 0, []
         for i, alpha in enumerate(layers["A"]):
             if alpha == 0:
-                self.assertEqual((normals[i], heights[i], albedo[i]), ((0,) * 4, (0,) * 2, (0,) * 4))
+                self.assertEqual((normals[i], heights[i], albedo[i]), ((32768, 32768, 65535, 0), (0,) * 2, (0,) * 4))
                 continue
             self.assertAlmostEqual(albedo[i][3] / 65535, alpha, delta=3e-4)
             n = [layers[f"normal.{axis}"][i] for axis in "XYZ"]
@@ -257,6 +257,12 @@ class FrameOutputs(TestInFolder):
         report = succeed("render", script, "-o", self.folder / "resumed", "--resume")
         self.assertEqual([frame["frame"] for frame in report["frames"]], [2])
 
+    def test_heights_that_are_clipped_are_told_once(self):
+        script = self.script_with("high.toml", output='maps = ["height"]')
+        script.write_text(script.read_text() + '[[warp]]\ntype = "rigid"\ntranslate = [1.5, 0, 0]\n')
+        result = run("render", script, "-o", self.folder / "high")
+        self.assertEqual((result.returncode, result.stderr.count("the height map clips heights of up to")), (0, 1), result.stderr)
+
     def test_maps_that_cannot_be_are_refused(self):
         for line, complaint in (('maps = ["hight"]', "output.maps[0]: found 'hight'"), ('maps = "normal"', "output.maps: ")):
             result = run("render", self.script_with("bad.toml", output=line), "-o", self.folder / "bad")
@@ -286,7 +292,9 @@ class FrameOutputs(TestInFolder):
         self.assertEqual((events[0]["event"], events[0]["command"]), ("start", "render"))
         film, = (event for event in events if event["event"] == "film")
         self.assertEqual((film["first"], film["last"], film["size"]), (1, 3, [120, 90]))
-        self.assertEqual([event["frame"] for event in events if event["event"] == "frame"], [1, 2, 3])
+        frames = [event for event in events if event["event"] == "frame"]
+        self.assertEqual([event["frame"] for event in frames], [1, 2, 3])
+        self.assertTrue(frames[0]["preview"].endswith("frame.01.png") and "maps" not in frames[0])
         for event in events:
             if event["event"] == "progress":
                 self.assertTrue(0 <= event["fraction"] <= 1 and event["stage"], event)
@@ -301,6 +309,36 @@ class FrameOutputs(TestInFolder):
             self.assertEqual(result.returncode, status)
             self.assertEqual((events[-1]["event"], events[-1]["status"]), ("end", status))
             self.assertEqual(f"surflect: {events[-1]['report']['error']}\n", result.stderr)
+
+    def test_events_name_all_files(self):
+        script = self.script_with("named.toml", output='maps = ["normal", "albedo"]\nvideo = "film.mp4"')
+        result = run("render", script, "-o", self.folder / "named", "--json-lines")
+        named = set()
+        for event in map(json.loads, result.stdout.splitlines()):
+            if event["event"] in ("frame", "video"):
+                named |= {event["file"], event.get("preview"), *event.get("maps", [])} - {None}
+        self.assertEqual(named, {str(self.folder / "named" / name) for name in content(self.folder / "named")})
+        result = run("export", script, "-o", self.folder / "splats" / "##.ply", "--surfels", "500", "--sh", "0", "--json-lines")
+        events = [event for event in map(json.loads, result.stdout.splitlines()) if event["event"] == "file"]
+        self.assertEqual([(event["frame"], event["bytes"]) for event in events],
+                         [(frame, (self.folder / "splats" / f"{frame:02}.ply").stat().st_size) for frame in (1, 2, 3)])
+
+    def test_a_reader_of_events_that_ends_does_not_end_the_film(self):
+        with subprocess.Popen([SURFLECT, "render", self.script, "-o", self.folder / "unread", "--json-lines"],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            process.stdout.readline()
+            process.stdout.close()
+            said = process.stderr.read()
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(said.count("standard output: cannot write events (Broken pipe); the work goes on\n"), 1, said)
+        self.assertEqual(content(self.folder / "unread"), self.film)
+
+    def test_a_usage_error_of_the_work_is_the_last_event(self):
+        result = run("render", self.model, "--model", self.model, "-o", self.folder / "x", "--json-lines")
+        events = [json.loads(line) for line in result.stdout.splitlines()]
+        self.assertEqual((result.returncode, events[0]["event"], events[-1]["event"], events[-1]["status"]), (2, "start", "end", 2))
+        result = run("render", self.model, "--json-lines")
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
 
     def test_kept_frames_are_events_too(self):
         self.render("kept")

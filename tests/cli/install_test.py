@@ -2,6 +2,7 @@
 packed model."""
 
 import os
+import re
 import subprocess
 import unittest
 
@@ -43,7 +44,17 @@ class Install(TestInFolder):
         succeed("pack", self.folder / "small", "-o", self.folder / "demo/doll.srf", "--surfels", "5000", "--tables", "off")
         finish(self.prefix / "bin/surflect", "demo", "-o", self.folder / "demo", "--quick")
         self.assertEqual(len(list((self.folder / "demo/quick").glob("*.png"))), 9)
-        self.assertIn('model = "doll.srf"', (self.folder / "demo/film.toml").read_text())
+        script = self.folder / "demo/film.toml"
+        self.assertIn('model = "doll.srf"', script.read_text())
+        # One frame, of an older program without a film, and where nothing can encode one.
+        text = re.sub("last = .*", "last = 1", re.sub("size = .*", "size = [60, 45]", script.read_text()))
+        for lines, path, said in ((re.sub("video = .*\n", "", text), os.environ["PATH"], f"no film, frames alone: {script} has no video"),
+                                  (text, "", f"no {self.folder}/demo/frames/film.mp4: ffmpeg is not installed"),
+                                  (text, os.environ["PATH"], f"{self.folder}/demo/frames/film.mp4: the film")):
+            script.write_text(lines)
+            result = subprocess.run([self.prefix / "bin/surflect", "demo", "-o", self.folder / "demo"], capture_output=True,
+                                    text=True, check=True, env={**os.environ, "PATH": path})
+            self.assertIn(said, result.stderr)
 
     def test_bash_completes_commands_and_options(self):
         def completed(*words):

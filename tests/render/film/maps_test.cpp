@@ -35,7 +35,7 @@ TEST(Maps, NormalsAreInCameraAxesAndUnpremultiplied) {
   const image::PngSamples map = normalMap(coverage(), normals, camera);
   EXPECT_EQ(map.channels, 4);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_EQ(sampleAt(map, 0, axis), 0);
+    EXPECT_NEAR(2 * sampleAt(map, 0, axis) - 1, axis == 2 ? 1 : 0, 2.0 / 65535) << "off the object";
     for (const int pixel : {1, 2})
       EXPECT_NEAR(2 * sampleAt(map, pixel, axis) - 1, inCamera[axis], 2.0 / 65535);
   }
@@ -48,7 +48,8 @@ TEST(Maps, HeightsAreLinearBetweenTheStatedOnes) {
   const HeightRange range{Point3<ObjectSpace, double>(0.3, -0.2, -10), 2};
   image::Image depth(3, 1, 1);
   depth.values = {std::numeric_limits<float>::infinity(), 9, 11.5f};
-  const image::PngSamples map = heightMap(coverage(), depth, range, camera);
+  const HeightMap heights = heightMap(coverage(), depth, range, camera);
+  const image::PngSamples& map = heights.samples;
   EXPECT_EQ(map.texts, (std::vector<std::pair<std::string, std::string>>{{"height of black", "-2"},
                                                                          {"height of white", "2"}}));
   EXPECT_EQ(sampleAt(map, 0, 0), 0);
@@ -56,6 +57,7 @@ TEST(Maps, HeightsAreLinearBetweenTheStatedOnes) {
   EXPECT_NEAR(sampleAt(map, 1, 0), 0.75, 0.6 / 65535); // one unit before the middle: brighter
   EXPECT_NEAR(sampleAt(map, 2, 0), 0.125, 0.6 / 65535);
   EXPECT_NEAR(sampleAt(map, 2, 1), 0.5, 0.6 / 65535);
+  EXPECT_EQ(heights.farthest, -1.5) << "that of the third pixel";
 }
 
 TEST(Maps, AlbedoIsStraightAndInSrgb) {
