@@ -1,6 +1,6 @@
 #include "apps/open_shot.h"
 
-#include "apps/command.h"
+#include "apps/method_options.h"
 #include "render/scene/turntable.h"
 #include "surfel/base/error.h"
 
