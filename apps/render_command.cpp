@@ -4,6 +4,7 @@
 #include "apps/film_quality.h"
 #include "apps/frame_range.h"
 #include "apps/method_options.h"
+#include "apps/open_shot.h"
 #include "apps/terminal.h"
 #include "render/evaluation/diagnostics.h"
 #include "render/film/film_writer.h"
@@ -11,7 +12,6 @@
 #include "render/film/shot_renderer.h"
 #include "render/film/standard_attributes.h"
 #include "render/film/video.h"
-#include "render/scene/turntable.h"
 #include "surfel/base/error.h"
 #include "surfel/base/folder.h"
 #include "surfel/base/memory.h"
@@ -209,50 +209,28 @@ void requireEncoder(const scene::Output& output, const RenderArguments& argument
       .in(arguments.script);
 }
 
-// The script of a model that is rendered without one.
-scene::Script turntableOf(const std::filesystem::path& model, const method::Renderer& renderer) {
-  const method::Description& described = renderer.describe();
-  const std::string text = scene::turntableScript(
-      {std::filesystem::absolute(model).string(), described.rig, described.points, described.isBaked});
-  return scene::parseScript(text, model / "turntable.toml");
-}
-
 OpenFilm opened(const RenderArguments& arguments, const Progress& progress) {
   OpenFilm film;
-  const auto open = [&](const scene::ScriptHead& head) {
+  size_t toldLights = 0;
+  const auto check = [&](const scene::ScriptHead& head, const scene::Script& script) {
+    for (const std::string& cost : costsOf(head.objects.size(), script.lights)) say(cost);
+    toldLights = script.lights.size();
+    film.place = {arguments.output, parseRange(arguments.frames, head.frames), arguments.every};
+    if (arguments.makesVideo(head.output)) film.video = videoPath(head.output, head.frames, film.place);
+    film.folders = writableFolders(head.output, film.place, film.video);
+    requireEncoder(head.output, arguments);
+    film.finish = std::make_unique<const film::Finish>(head.output, arguments.script);
+  };
+  const auto open = [&](const scene::ScriptHead& head) -> const method::Description& {
     const std::filesystem::path& model = head.objects.empty() ? head.model : head.objects.front().model;
     const method::Setting setting = arguments.options.settingFor(method::methodOfModel(model));
-    return head.objects.empty() ? method::openRenderer(model, setting, progress)
-                                : method::openScene(head.objects, setting, progress);
+    film.renderer = head.objects.empty() ? method::openRenderer(model, setting, progress)
+                                         : method::openScene(head.objects, setting, progress);
+    return film.renderer->describe();
   };
-  const auto place = [&](OpenFilm& placed, const scene::Output& output, const scene::Frames& frames) {
-    placed.place = {arguments.output, parseRange(arguments.frames, frames), arguments.every};
-    if (arguments.makesVideo(output)) placed.video = videoPath(output, frames, placed.place);
-    placed.folders = writableFolders(output, placed.place, placed.video);
-  };
-  if (std::filesystem::is_directory(arguments.script)) {
-    if (!arguments.model.empty()) throw UsageError(Error("is for a script").at("--model"));
-    film.renderer = open({.model = arguments.script});
-    film.script = turntableOf(arguments.script, *film.renderer);
-    place(film, *film.script.output, *film.script.frames);
-    film.finish = std::make_unique<const film::Finish>(*film.script.output, film.script.path);
-    return film;
-  }
-  const scene::ScriptHead head = scene::readScriptHead(arguments.script, arguments.model);
-  // Original coordinates need the model's origin. Any other script is checked before the model is opened.
-  const bool isEarly = head.coordinates == scene::Coordinates::model;
-  if (isEarly) film.script = scene::readScript(arguments.script);
-  for (const std::string& cost : costsOf(head.objects.size(), film.script.lights)) say(cost);
-  place(film, head.output, head.frames);
-  requireEncoder(head.output, arguments);
-  film.finish = std::make_unique<const film::Finish>(head.output, arguments.script);
-  film.renderer = open(head);
-  if (!isEarly) {
-    film.script = scene::readScript(arguments.script, film.renderer->describe().rig.origin);
+  film.script = openShot({arguments.script, arguments.model}, check, open);
+  if (toldLights == 0)
     for (const std::string& cost : costsOf(0, film.script.lights)) say(cost);
-  }
-  film.script.model = head.model;
-  film.script.objects = head.objects;
   return film;
 }
 
