@@ -126,9 +126,7 @@ void composePanels(std::istream& input) {
   for (const Json& cell : layout.at("cells"))
     if (isColor(cell)) {
       double& white = whites[nameOfWhite(cell)];
-      white = std::max(
-          white,
-          film::whiteOf(image::ExrFile(cell.at("file").get<std::string>()).read({"R", "G", "B", "A"})));
+      white = std::max(white, film::whiteOf(film::readFrame(cell.at("file").get<std::string>()).color));
     }
 
   std::vector<Panel> panels;

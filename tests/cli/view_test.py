@@ -85,6 +85,21 @@ class View(TestInFolder):
         succeed("render", script, "-o", self.folder / "finished", "--frames", "2")
         self.assertEqual(png.read_png(preview), png.read_png(self.folder / "finished/frame.02.png"))
         self.assertEqual(png.read_png(preview)[0], (51, 77, 102))
+        del doc["output"]["background"]
+        picture, preview, script = (self.folder / name for name in self.viewer.ask("/snapshot", shot_of(self.start, doc=doc, **page))["files"])
+        succeed("render", script, "-o", self.folder / "clear", "--frames", "2")
+        self.assertEqual(png.read_png(preview), png.read_png(self.folder / "clear/frame.02.png"))
+        self.assertEqual(png.read_png(preview)[0][3], 0)
+        for attribute in (b"surflect.exposure", b"worldToCamera", b"framesPerSecond"):
+            self.assertIn(attribute, picture.read_bytes())
+
+    def test_a_photograph_is_shown_at_the_exposure_of_the_script(self):
+        for show in ("photograph", "match", "error"):
+            shown = [self.frame(show=show, light="L05", size=[192, 192], doc={**self.start["doc"], "camera": {"from": "V01", **camera}}, **page)
+                     for camera, page in (({"exposure": "frame - 1"}, {"exposure": -3, "white": 0.25}), ({}, {"exposure": 1, "white": 1}))]
+            self.assertEqual([status for status, _, _ in shown], [200, 200])
+            self.assertEqual(json.loads(shown[0][2]["X-Picture"])["white"], 1)
+            self.assertEqual(shown[0][1], shown[1][1])
 
     def test_a_probed_pixel_is_that_of_the_file(self):
         doc = {**self.start["doc"], "output": {**self.start["doc"]["output"], "aov": []}}
