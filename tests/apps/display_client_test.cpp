@@ -4,13 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstring>
-#include <future>
 #include <netinet/in.h>
+#include <string>
 #include <sys/socket.h>
-#include <thread>
 #include <unistd.h>
+#include <vector>
 
 namespace surflect {
 namespace {
@@ -44,23 +46,29 @@ public:
   }
   ~LateViewer() { ::close(listener_); }
 
-  // First floats of the pictures that are sent, until one begins with `last`.
-  std::vector<float> read(float last) const {
-    std::vector<float> firsts;
+  // Values of the pictures that are sent, each of equal floats, until all lines of one of `last` are there.
+  std::vector<float> read(float last, int height) const {
+    std::vector<float> values;
     const int connection = ::accept(listener_, nullptr, nullptr);
     std::string packet;
-    while (firsts.empty() || firsts.back() != last) {
+    for (int lines = 0; values.empty() || values.back() != last || lines < height;) {
       uint32_t size = 0;
       if (!take(connection, reinterpret_cast<char*>(&size), sizeof size)) break;
       packet.resize(size - sizeof size);
       if (!take(connection, packet.data(), packet.size())) break;
       constexpr char kUpdateImageV3 = 6;
-      float first = 0;
-      std::memcpy(&first, packet.data() + packet.size() - sizeof first, sizeof first); // all are equal
-      if (packet[0] == kUpdateImageV3 && (firsts.empty() || firsts.back() != first)) firsts.push_back(first);
+      if (packet[0] != kUpdateImageV3) continue;
+      // Type, whether it changes to the picture, "film", number and names of channels; x, y, width, height.
+      constexpr size_t kPlace = 1 + 1 + 5 + 4 + 8;
+      std::array<int32_t, 4> place{};
+      std::memcpy(place.data(), packet.data() + kPlace, sizeof place);
+      float value = 0;
+      std::memcpy(&value, packet.data() + packet.size() - sizeof value, sizeof value);
+      if (values.empty() || values.back() != value) values.push_back(value);
+      lines = place[1] + place[3];
     }
     ::close(connection);
-    return firsts;
+    return values;
   }
 
   bool works = false; // where there is IPv6
@@ -92,7 +100,7 @@ TEST(DisplayClient, AViewerThatIsSlowGetsTheLatestFrames) {
     std::ranges::fill(frame.values, static_cast<float>(k));
     client.show(frame);
   }
-  const std::vector<float> shown = viewer.read(kFrames);
+  const std::vector<float> shown = viewer.read(kFrames, frame.height);
   ASSERT_FALSE(shown.empty());
   EXPECT_EQ(shown.back(), kFrames);
   // The first may have been on its way when more came than fit.

@@ -295,15 +295,21 @@ TEST_F(ParticleField, AxesTurnSlowlyUnderASlowTwist) {
   const auto turns = numbersOf(text, "quatf[] orientations");
   const auto scales = numbersOf(text, "float3[] scales");
   double mostDegrees = 0;
+  size_t count = 0;
   for (int k = 1; k < 8; ++k)
     for (size_t i = 0; i < drawn.cloud.size(); ++i) {
-      if (std::abs(scales.at(k)[3 * i] / scales.at(k)[3 * i + 1] - 1) < 0.1) continue; // nearly a circle
+      const auto isRound = [&](int frame) {
+        return std::abs(std::log(scales.at(frame)[3 * i] / scales.at(frame)[3 * i + 1])) < 0.1;
+      };
+      if (isRound(k) || isRound(k - 1)) continue; // its axes may turn freely
+      ++count;
       double dot = 0;
       for (size_t c = 0; c < 4; ++c) dot += turns.at(k)[4 * i + c] * turns.at(k - 1)[4 * i + c];
       mostDegrees = std::max(mostDegrees, 2 * std::acos(std::min(1.0, dot)) * 180 / std::numbers::pi);
     }
   RecordProperty("most_degrees", std::to_string(mostDegrees));
-  EXPECT_LT(mostDegrees, 20);
+  EXPECT_GT(count, 1000u);
+  EXPECT_LT(mostDegrees, 10.5); // measured: 5.3
 }
 
 // A glossy sphere, whose fits are compared with those of many more directions as a viewer sees them: blends
@@ -365,8 +371,7 @@ TEST(GaussiansOfGlossySphere, KeepHighlightsWhereverTheyFallBetweenDirections) {
       }
     }
     const double blotches = std::sqrt(squared / static_cast<double>(count));
-    std::cout << "degree " << degree << ": blotches " << blotches << "\n";
-    EXPECT_LT(blotches, 0.01) << degree;
+    EXPECT_LT(blotches, 0.0022) << degree; // measured: 0.0011, of degree 3
   }
 }
 
