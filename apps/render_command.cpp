@@ -17,7 +17,6 @@
 #include "surfel/base/memory.h"
 #include "surfel/base/text.h"
 #include "surfel/base/time.h"
-#include "surfel/base/version.h"
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>
@@ -394,13 +393,10 @@ private:
 
   image::ExrAttributes attributesOf(int frame, const method::Setting& setting) const {
     const capture::Camera<ObjectSpace> camera = shot_.camera(frame, arguments_.scale);
-    image::ExrAttributes attributes = film::standardAttributes(camera, script(), frame);
-    attributes["surflect.version"] = std::string(kVersion);
+    image::ExrAttributes attributes = film::frameAttributes(camera, script(), frame);
     attributes["surflect.identity"] = identity_ + quality_.identity(setting);
     attributes["surflect.script"] = hex(script().hash);
     attributes["surflect.camera"] = describe(camera);
-    attributes["surflect.frame"] = std::to_string(frame);
-    if (const auto stops = exposureOf(frame)) attributes["surflect.exposure"] = fmt::format("{}", *stops);
     if (!setting.empty()) attributes["surflect.setting"] = method::textOf(setting);
     return attributes;
   }
@@ -416,7 +412,7 @@ private:
     const Stopwatch watch;
     shot_.reuse(writer.spare());
     method::FrameLayers picture = shot_.render(frame, arguments_.scale, maps_.aovs(shot_, frame));
-    if (viewer_) viewer_->show(picture.color);
+    if (viewer_) viewer_->show(film::overShadow(picture));
     if (picture.report.remark) sayOnce(saidEmpty_, frame, *picture.report.remark);
     if (const auto steps = saidSteps_ ? std::nullopt : stepsOf(shot_, frame, arguments_.scale))
       sayOnce(saidSteps_, frame, *steps);
@@ -461,7 +457,9 @@ private:
     if (film_.place.isPart(*script().frames))
       sentence += fmt::format(" of {}", counted(film_.place.frames().size(), "frame"));
     if (isOverBlack)
-      sentence += " over black, as an MP4 has no alpha; output.background is another, a .mov keeps alpha";
+      sentence += fmt::format(
+          " over black{}, as an MP4 has no alpha; output.background is another, a .mov keeps alpha",
+          script().ground ? ", on which the ground's shadow is not seen" : "");
     return sentence;
   }
 

@@ -2,6 +2,7 @@
 
 #include "render/evaluation/evaluate.h"
 #include "render/film/frame_file.h"
+#include "render/film/standard_attributes.h"
 #include "render/film/video.h"
 #include "render/methods.h"
 #include "render/scene/turntable.h"
@@ -238,7 +239,7 @@ DisplayOptions Viewer::displayOf(const FrameRequest& request, const std::string&
   std::shared_ptr<const film::Finish> finish;
   {
     const std::lock_guard lock(finishing_);
-    if (!finish_ || finish_->given() != given)
+    if (!finish_ || finish_->given() != given || !finish_->isCurrent())
       finish_ = std::make_shared<const film::Finish>(*script->output, script->path);
     finish = finish_;
   }
@@ -284,9 +285,18 @@ Viewer::Rendered Viewer::render(const std::string& client, const FrameRequest& r
     rendered.layers = part == Part::object ? shot.renderObject(request.frame, 1, aovs)
                       : isSharp            ? shot.renderSharp(request.frame, 1, aovs)
                                            : shot.render(request.frame, 1, aovs);
+    rendered.camera = shot.camera(request.frame, 1);
     rendered.seconds = drawing.seconds();
   });
   return rendered;
+}
+
+void Viewer::exposeAsShot(const FrameRequest& request, DisplayOptions& display) const {
+  const Json camera = request.values.value("camera", Json());
+  if (!camera.is_object() || !camera.contains("exposure")) return;
+  const auto script = list_.document->script(list_.document->edited(request.values));
+  const auto stops = scene::exposureAt(*script, scene::shotTime(*script, request.frame));
+  if (stops) display.exposureStops = *stops, display.white = 1;
 }
 
 Answer Viewer::frame(const std::string& tab, const FrameRequest& request) {
@@ -300,7 +310,7 @@ Answer Viewer::frame(const std::string& tab, const FrameRequest& request) {
   const method::FrameLayers& layers = rendered.layers;
   const DisplayOptions display = displayOf(request, text, layers.color);
   const DescribedModel& model = *list_.models[request.model];
-  const DisplayPicture shown = isColor ? shownColor(layers.color, display)
+  const DisplayPicture shown = isColor ? shownColor(layers, display)
                                        : shownAov(layers, request.show, model.middle, model.radius, display);
   Answer answer{200, jpegBytes(shown, request.isPreview ? JpegQuality::moving : JpegQuality::still),
                 "image/jpeg"};
@@ -320,6 +330,7 @@ Answer Viewer::photograph(const FrameRequest& request) {
   const Progress progress = untilTheEnd();
   DisplayOptions display = request.display;
   display.white = request.white.value_or(all.whiteOf(frame, progress));
+  exposeAsShot(request, display);
   DisplayPicture shown;
   if (request.hasOverlay) {
     const image::Image outlined = all.outlined(frame, {request.width, request.height},
@@ -361,6 +372,7 @@ Answer Viewer::comparison(const std::string& tab, const FrameRequest& request) {
   const evaluation::Difference difference = evaluation::compare(truth.picture, layers.color, truth.exposure);
   DisplayOptions display = request.display;
   display.white = request.white.value_or(1 / truth.exposure);
+  exposeAsShot(request, display);
   const auto sized = [&](const image::Image& image) {
     return image::resampled(image, {0, 0, image.width, image.height}, request.width, request.height);
   };
@@ -568,10 +580,12 @@ Json Viewer::snapshot(const std::string& tab, const FrameRequest& asked) {
   const Rendered rendered = render(tab + " snapshot", request, text, aovs, true);
   const std::lock_guard lock(naming_);
   const std::string path = freeName(fmt::format("{}_frame{}", stemOf(request.model), request.frame)).string();
-  const DisplayOptions display = displayOf(request, text, rendered.layers.color);
-  writeFileAtomically(path + ".png", film::pngBytes(shownColor(rendered.layers.color, display)));
+  DisplayOptions display = displayOf(request, text, rendered.layers.color);
+  const auto script = list_.document->script(text);
+  display.isTransparent = std::holds_alternative<std::monostate>(script->output->finish.background);
+  writeFileAtomically(path + ".png", film::pngBytes(shownColor(rendered.layers, display)));
   film::writeFrame(path + ".exr", rendered.layers,
-                   {{"surflect.version", kVersion}, {"surflect.frame", std::to_string(request.frame)}});
+                   film::frameAttributes(rendered.camera, *script, request.frame));
   writeFileAtomically(path + ".toml", std::string_view(text));
   std::string command =
       fmt::format("surflect render {} -o frames/ --frames {}", shellWord(path + ".toml"), request.frame);
@@ -617,7 +631,7 @@ Json Viewer::record(const std::string& tab, const Json& body) {
     const Rendered rendered = render(tab + " film", request, text, {}, true);
     if (!white) white = orOne(film::whiteOf(rendered.layers.color));
     request.white = white;
-    film.add(shownColor(rendered.layers.color, displayOf(request, text, rendered.layers.color)));
+    film.add(shownColor(rendered.layers, displayOf(request, text, rendered.layers.color)));
     const double share = static_cast<double>(++done) / (last - first + 1);
     events_.add({{"kind", "progress"},
                  {"stage", "film"},

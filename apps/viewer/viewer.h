@@ -51,6 +51,7 @@ private:
   // A rendered frame of a script.
   struct Rendered {
     method::FrameLayers layers;
+    capture::Camera<ObjectSpace> camera;
     double seconds = 0;
   };
   struct Probed {
@@ -87,6 +88,8 @@ private:
   // How a frame of a script is shown: by the script where it says so, else by the page. Behind what the
   // script calls transparent is the page's background.
   DisplayOptions displayOf(const FrameRequest& request, const std::string& text, const image::Image& color);
+  // Shows a photograph, or what is shown like one, at the script's exposure if it has one.
+  void exposeAsShot(const FrameRequest& request, DisplayOptions& display) const;
   // Reports to the pages; cancelled when the viewer ends.
   Progress untilTheEnd();
   std::string stemOf(size_t model) const;

@@ -18,10 +18,7 @@ Trust trustIn(const image::Image& color, const image::Image& predictedError, dou
          color.values.size() == 4 * predictedError.values.size());
   Trust trust;
   for (size_t pixel = 0; pixel < predictedError.values.size(); ++pixel) {
-    const float* const rgba = &color.values[4 * pixel];
-    if (!(rgba[3] > 0.5f)) continue;
-    const bool isShadow = rgba[0] == 0 && rgba[1] == 0 && rgba[2] == 0 && predictedError.values[pixel] == 0;
-    if (isShadow) continue; // on the ground
+    if (!(color.values[4 * pixel + 3] > 0.5f)) continue;
     ++trust.pixels;
     if (predictedError.values[pixel] <= kTrustedError * white) ++trust.trusted;
   }

@@ -62,7 +62,7 @@ void FilmWriter::encode(const Frame& frame) {
   std::vector<std::string> mapBytes(maps.size());
   tbb::parallel_invoke([&] { picture = frameBytes(frame.film, attributes, progress_); },
                        [&] {
-                         if (previewPath) preview = pngBytes(shownColor(frame.film.color, display));
+                         if (previewPath) preview = pngBytes(shownColor(frame.film, display));
                        },
                        [&] {
                          tbb::parallel_for(size_t{0}, maps.size(),

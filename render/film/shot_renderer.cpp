@@ -4,6 +4,7 @@
 #include "surfel/base/error.h"
 #include "surfel/base/text.h"
 
+#include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -49,6 +50,7 @@ capture::Camera<ObjectSpace> shotCamera(const scene::Script& script, const metho
 }
 
 constexpr const char* kDepth = "depth";
+constexpr float kLargestHalf = 65504;
 
 // Adds the report of a further picture of a frame: amounts add up, states are those of the last picture.
 void addReport(method::FrameReport& sum, const method::FrameReport& report) {
@@ -69,12 +71,14 @@ public:
   void add(const method::FrameLayers& layers) {
     ++count_;
     add(layers.color, color_);
+    add(layers.shadow, shadow_);
     for (const auto& [name, image] : layers.aovs) add(image, aovs_[name]);
     addReport(report_, layers.report);
   }
   // `last`, the layers that were added last, become the mean.
   method::FrameLayers mean(method::FrameLayers last) const {
     divide(color_, last.color);
+    divide(shadow_, last.shadow);
     for (auto& [name, image] : last.aovs) divide(aovs_.at(name), image);
     last.report = report_;
     return last;
@@ -95,7 +99,7 @@ private:
   }
 
   double count_ = 0;
-  std::vector<double> color_;
+  std::vector<double> color_, shadow_;
   std::map<std::string, std::vector<double>> aovs_;
   method::FrameReport report_;
 };
@@ -141,11 +145,20 @@ auto ShotRenderer::withScene(double frame, const capture::Camera<ObjectSpace>& c
 
 method::FrameLayers ShotRenderer::picture(double frame, const capture::Camera<ObjectSpace>& camera,
                                           const std::vector<std::string>& aovs, bool hasGround) {
-  method::FrameLayers layers = withScene(frame, camera, [&](scene::Scene scene) {
+  return withScene(frame, camera, [&](scene::Scene scene) {
     if (!hasGround) scene.ground.reset();
     return renderer_.render(scene, aovs, progress_, std::exchange(memory_, {}));
   });
+}
+
+method::FrameLayers ShotRenderer::exposed(int frame, method::FrameLayers layers) const {
   if (const auto stops = scene::exposureAt(script_, scene::shotTime(script_, frame))) expose(layers, *stops);
+  const auto tooBright = std::ranges::count_if(
+      layers.color.values, [](float value) { return value > kLargestHalf && std::isfinite(value); });
+  if (tooBright > 0 && !layers.report.remark)
+    layers.report.remark =
+        fmt::format("{} beyond {}, the most that an EXR of half floats holds, are clamped to it",
+                    counted(static_cast<size_t>(tooBright), "colour value"), kLargestHalf);
   return layers;
 }
 
@@ -154,12 +167,12 @@ method::FrameLayers ShotRenderer::render(int frame, double scale) {
 }
 
 method::FrameLayers ShotRenderer::renderSharp(int frame, double scale, const std::vector<std::string>& aovs) {
-  return picture(frame, camera(frame, scale), aovs);
+  return exposed(frame, picture(frame, camera(frame, scale), aovs));
 }
 
 method::FrameLayers ShotRenderer::renderObject(int frame, double scale,
                                                const std::vector<std::string>& aovs) {
-  return picture(frame, camera(frame, scale), aovs, false);
+  return exposed(frame, picture(frame, camera(frame, scale), aovs, false));
 }
 
 int ShotRenderer::samples(int frame) const {
@@ -209,7 +222,7 @@ method::FrameLayers ShotRenderer::render(int frame, double scale, const std::vec
     film.aovs[kDepth] = std::move(sharp.aovs[kDepth]);
     addReport(film.report, sharp.report);
   }
-  return film;
+  return exposed(frame, std::move(film));
 }
 
 ShotRenderer::BlurSteps ShotRenderer::blurSteps(int frame, double scale) const {

@@ -28,10 +28,10 @@ public:
   // camera's pictures have another shape.
   capture::Camera<ObjectSpace> camera(double frame, double scale) const;
 
-  // Renders a frame with the AOVs that the script asks for. The script's exposure multiplies colours, and the
-  // errors predicted of them. Throws Error if a track has no valid value. A blurred frame is the mean of
-  // samples(frame) pictures; its depth, which has no mean, is that of the sharp one. Reports of the pictures
-  // are added. Memory: eight bytes for each number of a picture.
+  // Renders a frame with the AOVs that the script asks for. The script's exposure at the frame
+  // multiplies colours, and the errors predicted of them. Throws Error if a track has no valid value. A
+  // blurred frame is the mean of samples(frame) pictures; its depth, which has no mean, is that of the sharp
+  // one. Reports of the pictures are added. Memory: eight bytes for each number of a picture.
   method::FrameLayers render(int frame, double scale);
   // Renders a frame with these AOVs instead.
   method::FrameLayers render(int frame, double scale, const std::vector<std::string>& aovs);
@@ -78,6 +78,8 @@ private:
   // Renders the scene at a time, through a camera.
   method::FrameLayers picture(double frame, const capture::Camera<ObjectSpace>& camera,
                               const std::vector<std::string>& aovs, bool hasGround = true);
+  // Multiplies by the script's exposure at the frame; a remark tells of colours beyond half floats.
+  method::FrameLayers exposed(int frame, method::FrameLayers layers) const;
   // The camera of a sample of a blurred frame.
   capture::Camera<ObjectSpace> cameraOf(const scene::ShotBlur& blur, const BlurSample& sample, double frame,
                                         double scale) const;

@@ -1,9 +1,11 @@
 #include "render/film/standard_attributes.h"
 
 #include "render/film/video.h"
+#include "render/scene/scene.h"
 #include "surfel/base/version.h"
 
 #include <Eigen/Dense>
+#include <fmt/format.h>
 
 namespace surflect::film {
 
@@ -64,6 +66,16 @@ image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& came
   if (lens.model == capture::Lens::Model::pinhole && isCentered && !lens.distorts())
     attributes["screenWindowWidth"] = static_cast<float>(lens.width / lens.focalX);
   if (!script.output->owner.empty()) attributes["owner"] = script.output->owner;
+  return attributes;
+}
+
+image::ExrAttributes frameAttributes(const capture::Camera<ObjectSpace>& camera, const scene::Script& script,
+                                     int frame) {
+  image::ExrAttributes attributes = standardAttributes(camera, script, frame);
+  attributes["surflect.version"] = std::string(kVersion);
+  attributes["surflect.frame"] = std::to_string(frame);
+  const auto stops = scene::exposureAt(script, scene::shotTime(script, frame));
+  if (stops) attributes["surflect.exposure"] = fmt::format("{}", *stops);
   return attributes;
 }
 

@@ -25,4 +25,9 @@ std::optional<image::RowMatrix> worldToNdc(const capture::Camera<ObjectSpace>& c
 image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& camera,
                                         const scene::Script& script, int frame);
 
+// These, and texts of the program: surflect.version, surflect.frame, and surflect.exposure in stops where the
+// script gives one.
+image::ExrAttributes frameAttributes(const capture::Camera<ObjectSpace>& camera, const scene::Script& script,
+                                     int frame);
+
 } // namespace surflect::film

@@ -1,5 +1,7 @@
 #include "render/film/video.h"
 
+#include "render/film/frame_file.h"
+#include "srf/image/exr.h"
 #include "surfel/base/error.h"
 #include "surfel/base/text.h"
 
@@ -7,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -42,7 +45,9 @@ std::vector<std::string> encoderWords(VideoFormat format, int width, int height,
                                     "-f",
                                     "rawvideo",
                                     "-pix_fmt",
-                                    hasAlpha ? "rgba" : "rgb24",
+                                    isH264     ? "rgb24"
+                                    : hasAlpha ? "rgba64le"
+                                               : "rgb48le",
                                     "-s",
                                     fmt::format("{}x{}", width, height),
                                     "-r",
@@ -83,15 +88,15 @@ int even(int side) { return side + side % 2; }
 
 // The picture with its last column and row repeated up to a size.
 std::vector<uint8_t> padded(const DisplayPicture& frame, int width, int height) {
-  const auto channels = static_cast<size_t>(frame.channels);
+  const auto stride = static_cast<size_t>(frame.channels * frame.bits / 8); // bytes
   std::vector<uint8_t> bytes;
-  bytes.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * channels);
+  bytes.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * stride);
   for (int y = 0; y < height; ++y) {
     const uint8_t* const row = &frame.bytes[static_cast<size_t>(std::min(y, frame.height - 1)) *
-                                            static_cast<size_t>(frame.width) * channels];
+                                            static_cast<size_t>(frame.width) * stride];
     for (int x = 0; x < width; ++x) {
-      const uint8_t* const pixel = row + static_cast<size_t>(std::min(x, frame.width - 1)) * channels;
-      bytes.insert(bytes.end(), pixel, pixel + channels);
+      const uint8_t* const pixel = row + static_cast<size_t>(std::min(x, frame.width - 1)) * stride;
+      bytes.insert(bytes.end(), pixel, pixel + stride);
     }
   }
   return bytes;
@@ -135,6 +140,8 @@ VideoFormat videoFormat(const std::filesystem::path& file, bool isTransparent) {
   if (file.extension() != ".mov") return VideoFormat::h264;
   return isTransparent ? VideoFormat::proRes4444 : VideoFormat::proRes422;
 }
+
+int bitsOf(VideoFormat format) { return format == VideoFormat::h264 ? 8 : 16; }
 
 VideoWriter::VideoWriter(std::filesystem::path file, VideoFormat format, int width, int height,
                          double framesPerSecond)
@@ -200,6 +207,7 @@ void VideoWriter::add(const DisplayPicture& frame) {
     throw Error::mismatch("frames of one size, " + sizeText(width_, height_),
                           sizeText(frame.width, frame.height))
         .in(file_);
+  assert(frame.bits == bitsOf(format_) && frame.channels == (format_ == VideoFormat::proRes4444 ? 4 : 3));
   const bool isEven = format_ != VideoFormat::proRes4444;
   const bool isPadded = isEven && (width_ % 2 != 0 || height_ % 2 != 0);
   const std::vector<uint8_t> more =
@@ -227,12 +235,13 @@ void writeVideo(const std::filesystem::path& file, const std::vector<std::filesy
   const VideoFormat format = videoFormat(file, display.isTransparent);
   DisplayOptions shown = display;
   if (format == VideoFormat::h264) shown.isTransparent = false;
+  shown.bits = bitsOf(format);
   std::optional<VideoWriter> video;
   for (size_t i = 0; i < frames.size(); ++i) {
     progress("video", static_cast<double>(i) / static_cast<double>(frames.size()));
-    const image::Image color = image::ExrFile(frames[i]).read(image::ChannelSet{"R", "G", "B", "A"});
-    if (!video) video.emplace(file, format, color.width, color.height, framesPerSecond);
-    video->add(shownColor(color, shown));
+    const method::FrameLayers picture = readFrame(frames[i]);
+    if (!video) video.emplace(file, format, picture.color.width, picture.color.height, framesPerSecond);
+    video->add(shownColor(picture, shown));
   }
   if (video) video->finish();
   progress("video", 1);

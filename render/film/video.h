@@ -28,6 +28,9 @@ enum class VideoFormat {
 // Format by the name's end, .mp4 or .mov; an MP4 has no alpha.
 VideoFormat videoFormat(const std::filesystem::path& file, bool isTransparent);
 
+// Bits of the samples that an encoder of the format takes.
+int bitsOf(VideoFormat format);
+
 // Frames of one size, with the matrix and primaries of Rec. 709 and the curve of sRGB. H.264 and ProRes 422
 // need even sides: an odd one repeats its last column or row.
 class VideoWriter {
@@ -39,7 +42,8 @@ public:
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  // Throws Error if the frame has another size or ffmpeg has ended.
+  // The frame has bitsOf(format) bits, and alpha for proRes4444 alone. Throws Error if it has another size or
+  // ffmpeg has ended.
   void add(const DisplayPicture& frame);
   // Throws Error if ffmpeg fails, as on a full disk.
   void finish();

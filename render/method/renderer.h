@@ -33,10 +33,13 @@ struct FrameReport {
 };
 
 struct FrameLayers {
-  image::Image color; // RGBA, premultiplied
+  image::Image color; // RGBA, premultiplied; of the object alone
   // AOVs by name (script.h: aovNames); premultiplied but for depth, which is infinite off the object.
   std::map<std::string, image::Image> aovs;
   FrameReport report = {};
+  // Black behind the object: its shadow on the scene's ground. One channel: (1 - a) x strength x density, the
+  // alpha that it adds to the object's alpha a. Empty without a ground.
+  image::Image shadow = {};
 };
 
 struct Description {

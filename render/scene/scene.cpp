@@ -114,25 +114,26 @@ Rgb strengthAt(const warp::Track3& color, const warp::Track& intensity, const wa
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 
-ShotLight lit(const DirectionalLightMotion& light, const warp::ShotTime& time) {
+// Place and turn of a light are those at `time`, its strength that at `within` the film.
+ShotLight lit(const DirectionalLightMotion& light, const warp::ShotTime& time, const warp::ShotTime& within) {
   return ShotDirectionalLight{
       assume<Direction3<ObjectSpace, double>>(warp::unitAt(light.direction, time, "direction")),
-      strengthAt(light.color, light.intensity, time), light.extrapolation};
+      strengthAt(light.color, light.intensity, within), light.extrapolation};
 }
 
-ShotLight lit(const PointLightMotion& light, const warp::ShotTime& time) {
+ShotLight lit(const PointLightMotion& light, const warp::ShotTime& time, const warp::ShotTime& within) {
   return ShotPointLight{assume<Point3<ObjectSpace, double>>(warp::finiteAt(light.position, time, "position")),
-                        strengthAt(light.color, light.intensity, time), light.extrapolation};
+                        strengthAt(light.color, light.intensity, within), light.extrapolation};
 }
 
-ShotLight lit(const EnvironmentLightMotion& light, const warp::ShotTime& time,
+ShotLight lit(const EnvironmentLightMotion& light, const warp::ShotTime& time, const warp::ShotTime& within,
               const Environment& environment) {
   const Vec3<double> up = warp::unitAt(light.up, time, "up");
   const double turn = Angle::fromDegrees(warp::finiteAt(light.rotateDeg, time, "rotate_deg")).radians();
   const Mat3<double> objectFromEnvironment =
       (turnFromY(up) * Eigen::AngleAxisd(turn, Vec3<double>::UnitY())).toRotationMatrix();
   return ShotEnvironment{environment.map, Rotation<ObjectSpace, EnvironmentSpace>(objectFromEnvironment),
-                         strengthAt(light.color, light.intensity, time), light.error, light.extrapolation};
+                         strengthAt(light.color, light.intensity, within), light.error, light.extrapolation};
 }
 
 // make(element) for each, errors told with the element's place in the script.
@@ -157,6 +158,11 @@ warp::ShotTime shotTime(const Script& script, double frame) {
   const Frames& frames = *script.frames;
   const double elapsed = frame - frames.first;
   return {elapsed / frames.fps, frame, elapsed / std::max(1, frames.last - frames.first)};
+}
+
+warp::ShotTime withinFilm(const Script& script, const warp::ShotTime& time) {
+  if (!script.frames) return time;
+  return shotTime(script, std::clamp<double>(time.frame, script.frames->first, script.frames->last));
 }
 
 std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame) {
@@ -207,11 +213,13 @@ std::optional<double> exposureAt(const Script& script, const warp::ShotTime& tim
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const Environment> environments) {
   size_t used = 0;
+  const warp::ShotTime within = withinFilm(script, time);
   return each<ShotLight>(script, script.lights, "light", [&](const LightMotion& light) {
-    if (const auto* directional = std::get_if<DirectionalLightMotion>(&light)) return lit(*directional, time);
-    if (const auto* point = std::get_if<PointLightMotion>(&light)) return lit(*point, time);
+    if (const auto* directional = std::get_if<DirectionalLightMotion>(&light))
+      return lit(*directional, time, within);
+    if (const auto* point = std::get_if<PointLightMotion>(&light)) return lit(*point, time, within);
     assert(used < environments.size());
-    return lit(std::get<EnvironmentLightMotion>(light), time, environments[used++]);
+    return lit(std::get<EnvironmentLightMotion>(light), time, within, environments[used++]);
   });
 }
 
@@ -219,7 +227,7 @@ std::optional<ShotGround> groundAt(const Script& script, const warp::ShotTime& t
   if (!script.ground) return std::nullopt;
   try {
     const GroundMotion& ground = *script.ground;
-    const double shadow = warp::finiteAt(ground.shadow, time, "shadow");
+    const double shadow = warp::finiteAt(ground.shadow, withinFilm(script, time), "shadow");
     if (!(shadow >= 0 && shadow <= 1)) throw Error::mismatch("0 to 1", numberText(shadow)).at("shadow");
     return ShotGround{assume<Point3<ObjectSpace, double>>(warp::finiteAt(ground.point, time, "point")),
                       assume<Normal3<ObjectSpace, double>>(warp::unitAt(ground.normal, time, "normal")),

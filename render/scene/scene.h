@@ -47,6 +47,9 @@ inline std::vector<Environment> readEnvironments(const Script& script, const Pro
 // t and s are 0 where the script has no [frames].
 warp::ShotTime shotTime(const Script& script, double frame);
 
+// The nearest time of the film. A shutter is open beyond its ends, where a fade has no value.
+warp::ShotTime withinFilm(const Script& script, const warp::ShotTime& time);
+
 // folder / output.path with its #### replaced by the frame number, padded with zeros.
 std::filesystem::path framePath(const Output& output, const std::filesystem::path& folder, int frame);
 
@@ -82,8 +85,8 @@ struct ShotEnvironment {
 };
 using ShotLight = std::variant<ShotDirectionalLight, ShotPointLight, ShotEnvironment>;
 
-// A plane that shows shadows alone, on the side of its normal. Where a part a of the light is kept away, the
-// picture gets black of alpha a x shadow behind the object.
+// A plane that shows shadows alone, on the side of its normal. Where a part d of the light is kept away,
+// black of alpha d x shadow lies behind the object.
 struct ShotGround {
   Point3<ObjectSpace, double> point;
   Normal3<ObjectSpace, double> normal; // unit
@@ -99,8 +102,9 @@ struct Scene {
       {}; // renderers of fixed light (Description::isBaked) throw Error for one
 };
 
-// One per light of the script; `environments` are those that readEnvironments returns for it. Throws Error
-// where a track is not finite, a direction zero or a strength negative.
+// One per light of the script; `environments` are those that readEnvironments returns for it. Before and
+// after the film, strengths are those of its ends, and so is that of the ground's shadow. Throws Error where
+// a track is not finite, a direction zero or a strength negative.
 std::vector<ShotLight> lightsAt(const Script& script, const warp::ShotTime& time,
                                 std::span<const Environment> environments = {});
 

@@ -29,7 +29,7 @@ splat::SplatRaster look(const capture::Camera<ObjectSpace>& camera, const Surfel
 
 namespace {
 
-// Discs that cast shadows on the ground, whose edges are seen at the size of pixels.
+// Splats that cast shadows on the ground, whose edges are seen at the size of pixels.
 constexpr size_t kMostGroundOccluders = size_t{1} << 18;
 constexpr size_t kMostStates = size_t{1} << 24; // shadow states in memory at a time, 4 bytes each
 
@@ -278,12 +278,15 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
         options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]), progress);
   }
   if (!options.aovs.empty()) clock.finish("aov");
-  if (requested.ground && requested.ground->shadow > 0) {
+  layers.shadow = {};
+  if (requested.ground && requested.ground->shadow == 0) {
+    layers.shadow = image::Image(layers.color.width, layers.color.height, 1);
+  } else if (requested.ground) {
     if (!finer)
       finer = occludersOf(field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress),
                           kMostGroundOccluders);
     const GroundShadow shadow(*finer, field.cloud, requested, groundLights, progress);
-    putShadowBehind(layers.color, shadow.picture(progress), requested.ground->shadow);
+    layers.shadow = shadowBehind(layers.color, shadow.picture(progress), requested.ground->shadow);
     clock.finish("ground");
   }
   return layers;

@@ -296,15 +296,15 @@ image::Image GroundShadow::picture(const Progress& progress) const {
   return picture;
 }
 
-void putShadowBehind(image::Image& color, const image::Image& density, double strength) {
+image::Image shadowBehind(const image::Image& color, image::Image density, double strength) {
   assert(color.channels == 4 && density.channels == 1 && color.values.size() == 4 * density.values.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, density.values.size(), 1 << 14), [&](const auto& range) {
     for (size_t i = range.begin(); i < range.end(); ++i) {
-      if (density.values[i] == 0) continue;
-      float& alpha = color.values[4 * i + 3];
-      alpha += (1 - std::min(alpha, 1.f)) * static_cast<float>(strength * double{density.values[i]});
+      const float open = 1 - std::clamp(color.values[4 * i + 3], 0.f, 1.f);
+      density.values[i] = open * static_cast<float>(strength * double{density.values[i]});
     }
   });
+  return density;
 }
 
 } // namespace surflect::surfels

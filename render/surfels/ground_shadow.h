@@ -100,8 +100,7 @@ private:
   SplatCaster<ObjectSpace> caster_;
 };
 
-// Puts the shadow behind the object: alpha becomes alpha + (1 - alpha) x strength x density. Pixels of
-// density 0 keep their bits.
-void putShadowBehind(image::Image& color, const image::Image& density, double strength);
+// Alpha that a shadow adds behind an object: (1 - alpha) x strength x density. color: the object's RGBA.
+image::Image shadowBehind(const image::Image& color, image::Image density, double strength);
 
 } // namespace surflect::surfels

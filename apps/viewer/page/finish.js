@@ -30,6 +30,9 @@ export function finishOf({ doc, view }, key) {
   return value !== undefined && fits[key](value) ? value : view[key];
 }
 
+// Largest exposure that a control can set, up or down.
+export const mostStops = (store) => (isScripted(store, "exposure") ? 30 : 8);
+
 export const isScripted = ({ doc }, key) => scripted(doc, key) !== undefined;
 
 // Changes the script where it has the key, else the view.

@@ -1,7 +1,7 @@
 // The keys of the page, and the dialog that lists them.
 
 import { byId, el } from "./dom.js";
-import { finishOf, setFinish } from "./finish.js";
+import { finishOf, mostStops, setFinish } from "./finish.js";
 
 const step = 1 / 36; // of the picture's height, as a drag: 5 degrees
 
@@ -10,8 +10,10 @@ function table(app) {
   const { camera, timeline, film, compare, store } = app;
   const move = (dx, dy) => (event) =>
     app.moveCamera(event.shiftKey ? "pan" : "turn", dx, dy, event.timeStamp);
-  const stepExposure = (stops) =>
-    setFinish(store, "exposure", Math.max(-8, Math.min(8, finishOf(store, "exposure") + stops)));
+  const stepExposure = (stops) => {
+    const most = mostStops(store);
+    setFinish(store, "exposure", Math.max(-most, Math.min(most, finishOf(store, "exposure") + stops)));
+  };
   return [
     [["arrowleft"], "turn the camera to the left (Shift shifts)", move(step, 0)],
     [["arrowright"], "turn to the right", move(-step, 0)],

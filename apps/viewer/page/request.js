@@ -107,9 +107,20 @@ export function whyNoScene(view, model, captured) {
 }
 
 // Text of all that the picture of a photograph depends on; null for requests of other layers.
-export function photographKey({ show, doc, light, white, exposure, tone, background, overlay, size }) {
+export function photographKey({ show, doc, frame, light, white, exposure, tone, background, overlay, size }) {
   if (show !== "photograph") return null;
-  return JSON.stringify([doc.camera, light, white, exposure, tone, background, overlay, size]);
+  const moves = typeof (doc.camera?.exposure ?? 0) !== "number"; // the shot's exposure
+  return JSON.stringify([
+    doc.camera,
+    moves ? frame : null,
+    light,
+    white,
+    exposure,
+    tone,
+    background,
+    overlay,
+    size,
+  ]);
 }
 
 // Pane B shows the scene otherwise: { model, options, preset, show }.

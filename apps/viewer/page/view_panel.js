@@ -2,7 +2,7 @@
 
 import { nearestCaptured } from "./camera.js";
 import { byId, checkBox, fillSelect } from "./dom.js";
-import { finishOf, isScripted, setFinish, whyFixed } from "./finish.js";
+import { finishOf, isScripted, mostStops, setFinish, whyFixed } from "./finish.js";
 import { sentPlaces, shownLayer } from "./request.js";
 import { drawHistogram, histogramOf, smallPixels } from "./histogram.js";
 
@@ -142,6 +142,8 @@ export class ViewPanel {
     byId("overlay-row").hidden = model.method !== "capture";
     this.overlay.box.checked = view.overlay;
     const exposure = finishOf(store, "exposure");
+    byId("exposure").min = -mostStops(store);
+    byId("exposure").max = mostStops(store);
     byId("exposure").value = exposure;
     byId("exposure-value").textContent = `${exposure > 0 ? "+" : ""}${exposure.toFixed(1)}`;
     byId("tone").value = finishOf(store, "tone");

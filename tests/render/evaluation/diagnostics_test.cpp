@@ -13,20 +13,20 @@ namespace surflect::evaluation {
 
 namespace {
 
-// Three pixels of the object, one beside it and one of the ground's shadow; predicted errors rise from 0.
+// Three pixels of the object, one at its outline, and a black one; predicted errors rise from 0.
 TEST(Trust, CountsPixelsOfTheObjectWhosePredictedErrorIsSmall) {
   image::Image color(5, 1, 4), error(5, 1, 1);
-  color.values[4 * 4 + 3] = 0.75f; // black, without an error
+  color.values[4 * 4 + 3] = 0.75f; // without an error
   for (size_t pixel = 0; pixel < 4; ++pixel) {
     color.values[4 * pixel] = 0.5f;
     color.values[4 * pixel + 3] = pixel == 3 ? 0.25f : 1;
     error.values[pixel] = 0.02f * static_cast<float>(pixel);
   }
   const Trust trust = trustIn(color, error, 1);
-  EXPECT_EQ(trust.pixels, 3u);
-  EXPECT_EQ(trust.trusted, 2u); // 0 and 0.02 are below 10/255, 0.04 is not
-  EXPECT_EQ(trustIn(color, error, 2).trusted, 3u);
-  EXPECT_EQ(trustIn(color, error, 0).trusted, 1u);
+  EXPECT_EQ(trust.pixels, 4u);
+  EXPECT_EQ(trust.trusted, 3u); // 0 and 0.02 are below 10/255, 0.04 is not
+  EXPECT_EQ(trustIn(color, error, 2).trusted, 4u);
+  EXPECT_EQ(trustIn(color, error, 0).trusted, 2u);
 }
 
 TEST(Trust, AddsUpOverPictures) {

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <limits>
 #include <random>
+#include <set>
 
 namespace surflect::film {
 namespace {
@@ -79,6 +80,8 @@ TEST(Display, TheFilmicCurveRisesFromBlackToWhite) {
   EXPECT_EQ(toned(0, Tone::filmic), 0);
   EXPECT_EQ(toned(5.6f, Tone::filmic), 1);
   for (float x = 0; x < 8; x += 0.01f) EXPECT_LT(toned(x, Tone::filmic), toned(x + 0.01f, Tone::filmic));
+  for (float x = 8; x < 65504; x *= 1.05f) EXPECT_LE(toned(x, Tone::filmic), toned(1.05f * x, Tone::filmic));
+  EXPECT_EQ(toned(1e30f, Tone::filmic), toned(65504, Tone::filmic));
 }
 
 TEST(Display, CoverIsColourPlusTheBackgroundsUncoveredPart) {
@@ -112,6 +115,58 @@ TEST(Display, APictureOverABackgroundIsTheTransparentOneOverIt) {
         EXPECT_NEAR(over.bytes[3 * i + c], wanted, 1.01f) << alpha; // two roundings of half a code
       }
     }
+  }
+}
+
+TEST(Display, TheToneCurveIsTheObjectsAloneAlsoOverItsShadow) {
+  method::FrameLayers film{colors({{2, 2, 2, 0.5f}, {1, 1, 1, 0.25f}, {0, 0, 0, 0}, {0.5f, 0.5f, 0.5f, 1}}),
+                           {}};
+  const method::FrameLayers bare = film;
+  film.shadow = image::Image(4, 1, 1);
+  film.shadow.values = {0.5f, 0.75f, 0.5f, 0}; // whole behind the object
+  const auto code = [](float light) {
+    return static_cast<int>(image::quantized(image::srgbFromLinear(light), 255));
+  };
+  for (const Tone tone : {Tone::none, Tone::filmic}) {
+    const float lit = std::min(1.f, toned(4, tone)), half = toned(0.5f, tone);
+    for (const float back : {0.f, 0.5f, 1.f}) {
+      const DisplayPicture shown = shownColor(film, {.tone = tone, .background = {back, back, back}});
+      EXPECT_EQ(pixelOf(shown, 0)[0], code(0.5f * lit));
+      EXPECT_EQ(pixelOf(shown, 1)[0], code(0.25f * lit)) << "however bright it is";
+      EXPECT_EQ(pixelOf(shown, 2)[0], code(0.5f * image::linearFromSrgb(back)));
+      EXPECT_EQ(pixelOf(shown, 3)[0], code(half));
+    }
+    const DisplayPicture black = shownColor(bare, {.tone = tone, .background = {0, 0, 0}}),
+                         clear = shownColor(film, {.tone = tone, .isTransparent = true});
+    EXPECT_EQ(pixelOf(black, 0)[0], code(0.5f * lit)) << "as over a black background";
+    EXPECT_EQ(pixelOf(clear, 0)[0], code(0.5f * lit));
+    EXPECT_EQ(pixelOf(clear, 1)[0], code(0.25f * lit));
+    EXPECT_EQ(pixelOf(clear, 2)[0], 0);
+    EXPECT_EQ(clear.bytes[3], 255);
+    EXPECT_EQ(clear.bytes[7], 255);
+    EXPECT_EQ(clear.bytes[11], 128);
+  }
+}
+
+TEST(Display, SixteenBitsAreTheSamePictureInFinerCodes) {
+  method::FrameLayers film{randomColor(3), {}};
+  film.shadow = image::randomImage(61, 40, 1, 0, 1, 4);
+  for (size_t i = 0; i < film.shadow.values.size(); ++i)
+    film.shadow.values[i] *= 1 - std::min(1.f, film.color.values[4 * i + 3]);
+  for (const bool isTransparent : {false, true}) {
+    DisplayOptions options{
+        .white = 2, .tone = Tone::filmic, .background = {0.2f, 0.5f, 0.8f}, .isTransparent = isTransparent};
+    const DisplayPicture coarse = shownColor(film, options);
+    options.bits = 16;
+    const DisplayPicture fine = shownColor(film, options);
+    ASSERT_EQ(fine.bytes.size(), 2 * coarse.bytes.size());
+    std::set<int> codes;
+    for (size_t i = 0; i < coarse.bytes.size(); ++i) {
+      const int code = fine.bytes[2 * i] + 256 * fine.bytes[2 * i + 1];
+      EXPECT_NEAR(code / 257.0, coarse.bytes[i], 0.51);
+      codes.insert(code);
+    }
+    EXPECT_GT(codes.size(), 2000u);
   }
 }
 
@@ -219,13 +274,19 @@ displays:
   screen:
     - !<View> {name: film, colorspace: film}
     - !<View> {name: plain, colorspace: lin}
+    - !<View> {name: lifted, colorspace: lifted}
 active_displays: [screen]
-active_views: [film, plain]
+active_views: [film, plain, lifted]
 colorspaces:
   - !<ColorSpace>
     name: lin
     bitdepth: 32f
     isdata: false
+  - !<ColorSpace>
+    name: lifted
+    bitdepth: 32f
+    isdata: false
+    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1], offset: [0.25, 0.25, 0.25, 0]}
   - !<ColorSpace>
     name: film
     bitdepth: 32f
@@ -240,7 +301,8 @@ TEST_F(FinishOf, OcioShowsWhatItsConfigurationSays) {
   writeFileAtomically(folder() / "config.ocio", std::string_view(kConfiguration));
   ::setenv("OCIO", (folder() / "config.ocio").c_str(), 1);
   const Finish film(output("tone = \"ocio\""), "shot.toml"),
-      plain(output("tone = \"ocio\"\nocio_display = \"screen\"\nocio_view = \"plain\""), "shot.toml");
+      plain(output("tone = \"ocio\"\nocio_display = \"screen\"\nocio_view = \"plain\""), "shot.toml"),
+      lifted(output("tone = \"ocio\"\nocio_view = \"lifted\""), "shot.toml");
   EXPECT_NE(film.identity(), plain.identity());
   image::Image color = randomColor(4);
   DisplayOptions options = film.optionsFor(61, 40);
@@ -252,12 +314,20 @@ TEST_F(FinishOf, OcioShowsWhatItsConfigurationSays) {
       EXPECT_NEAR(shown.bytes[i + c],
                   255 * std::min(1.f, 0.5f * std::sqrt(color.values[i + c] / color.values[i + 3])), 0.51f);
   }
+  method::FrameLayers shadow{colors({{0, 0, 0, 0}, {0, 0, 0, 0}}), {}};
+  shadow.shadow = image::Image(2, 1, 1);
+  shadow.shadow.values = {0.5f, 1};
+  options = lifted.optionsFor(2, 1); // shows black as 0.25
+  options.background = {1, 1, 1}, options.isTransparent = false;
+  const DisplayPicture dark = shownColor(shadow, options);
+  EXPECT_EQ(pixelOf(dark, 0), (Bytes{188, 188, 188})) << "half of white";
+  EXPECT_EQ(pixelOf(dark, 1), (Bytes{0, 0, 0}));
   const DisplayOptions linear = plain.optionsFor(1, 1);
   EXPECT_EQ(pixelOf(shownColor(colors({{0.5f, 0.25f, 2, 1}}), linear), 0), (Bytes{128, 64, 255}));
-  EXPECT_EQ(
-      complaint("tone = \"ocio\"\nocio_view = \"plan\""),
-      "shot.toml: output.ocio_view: found \"plan\", expected one of the views of screen: film, plain; did "
-      "you mean plain?");
+  EXPECT_EQ(complaint("tone = \"ocio\"\nocio_view = \"plan\""),
+            "shot.toml: output.ocio_view: found \"plan\", expected one of the views of screen: film, plain, "
+            "lifted; did "
+            "you mean plain?");
   EXPECT_EQ(
       complaint("tone = \"ocio\"\nocio_display = \"scren\""),
       "shot.toml: output.ocio_display: found \"scren\", expected one of the displays of $OCIO: screen; did "

@@ -62,6 +62,41 @@ TEST(FrameLayers, LayersAndMetadataComeBack) {
             film.aovs.at("depth").values); // with its infinity
 }
 
+TEST(FrameLayers, AShadowLiesBehindInAlphaAndIsALayerOfItsOwn) {
+  const image::TemporaryFolder folder;
+  method::FrameLayers film;
+  film.color = image::Image(4, 1, 4);
+  film.color.values = {0.5f, 0.25f, 0, 0.5f, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+  film.shadow = image::Image(4, 1, 1);
+  film.shadow.values = {0.25f, 0, 0.75f, 0};
+  writeFrame(folder / "film.exr", film, {});
+  const image::ExrFile file(folder / "film.exr");
+  EXPECT_EQ(file.read(image::ChannelSet{"A"}).values, (std::vector<float>{0.75f, 1, 0.75f, 0}));
+  EXPECT_EQ(file.read(image::ChannelSet{"shadow.V"}).values, film.shadow.values);
+  const method::FrameLayers back = readFrame(folder / "film.exr");
+  EXPECT_EQ(back.color.values, film.color.values);
+  EXPECT_EQ(back.shadow.values, film.shadow.values);
+  EXPECT_EQ(overShadow(film).values, file.read(image::ChannelSet{"R", "G", "B", "A"}).values);
+}
+
+// Both are rounded to 11 bits.
+TEST(FrameLayers, TheObjectsAlphaComesBackFromUnderItsShadow) {
+  const image::TemporaryFolder folder;
+  method::FrameLayers film = randomFilm();
+  film.shadow = image::randomImage(13, 9, 1, 0, 1, 9);
+  for (size_t i = 0; i < film.shadow.values.size(); ++i) {
+    float& alpha = film.color.values[4 * i + 3];
+    alpha = std::min(alpha, 1.f);
+    film.shadow.values[i] *= 1 - alpha;
+  }
+  writeFrame(folder / "film.exr", film, {});
+  const method::FrameLayers back = readFrame(folder / "film.exr");
+  for (size_t i = 0; i < film.shadow.values.size(); ++i) {
+    EXPECT_NEAR(back.color.values[4 * i + 3], film.color.values[4 * i + 3], 0x1p-11f);
+    EXPECT_NEAR(back.shadow.values[i], film.shadow.values[i], 0x1p-12f);
+  }
+}
+
 TEST(FrameLayers, SameFilmSameBytes) {
   const image::TemporaryFolder folder;
   writeFrame(folder / "a.exr", randomFilm(), {{"surflect.frame", "7"}});

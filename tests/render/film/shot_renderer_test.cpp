@@ -111,13 +111,19 @@ TEST_F(ShotOfSphere, WhereNothingShinesPreviewsAreAsTheyAre) {
 
 TEST_F(ShotOfSphere, BlurOfAStillSceneHasTheBitsOfNone) {
   const std::string still = "position = [4, 1, 2]\nlook_at = [0, 0, 0]\nfov_deg = 40\n";
+  const image::TemporaryFolder folder;
+  const image::Image sky = image::randomImage(8, 4, 3, 0, 1, 1);
+  const image::ExrLayer layer{{"R", "G", "B"}, &sky};
+  image::writeExr(folder / "sky.exr", std::span(&layer, 1), {});
   const auto shotOf = [&](const std::string& camera, const std::string& samples) {
-    return scene::parseScript("model = \"m.srf\"\n[frames]\nfirst = 1\nlast = 9\n[output]\nsize = [40, 40]\n"
-                              "path = \"#.exr\"\naov = [\"depth\", \"normal\"]\nsamples = " +
-                                  samples + "\n[camera]\n" + camera +
-                                  "[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nintensity = 40\n"
-                                  "[ground]\npoint = [0, -1, 0]",
-                              "shots/shot.toml");
+    return scene::parseScript(
+        "model = \"m.srf\"\n[frames]\nfirst = 1\nlast = 9\n[output]\nsize = [40, 40]\n"
+        "path = \"#.exr\"\naov = [\"depth\", \"normal\", \"predicted_error\"]\nsamples = " +
+            samples + "\n[camera]\nexposure = 1.37\n" + camera +
+            "[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nintensity = 40\n"
+            "[[light]]\ntype = \"environment\"\nimage = \"" +
+            (folder / "sky.exr").string() + "\"\n[ground]\npoint = [0, -1, 0]\nshadow = 0.7",
+        "shots/shot.toml");
   };
   const scene::Script sharp = shotOf(still, "16");
   const method::FrameLayers expected = rendererOf(sharp).render(5, 1);
@@ -127,6 +133,7 @@ TEST_F(ShotOfSphere, BlurOfAStillSceneHasTheBitsOfNone) {
     const scene::Script blurred = shotOf(camera, samples);
     const method::FrameLayers film = rendererOf(blurred).render(5, 1);
     EXPECT_EQ(film.color.values, expected.color.values);
+    EXPECT_EQ(film.shadow.values, expected.shadow.values);
     for (const auto& [name, image] : expected.aovs)
       EXPECT_EQ(film.aovs.at(name).values, image.values) << name;
   }
@@ -142,7 +149,10 @@ TEST_F(ShotOfSphere, TheObjectAloneIsTheFrameWithoutItsGround) {
   ShotRenderer shot = rendererOf(onGround);
   const method::FrameLayers expected = rendererOf(bare).render(5, 1);
   EXPECT_EQ(shot.renderObject(5, 1, {}).color.values, expected.color.values);
-  EXPECT_NE(shot.render(5, 1).color.values, expected.color.values);
+  const method::FrameLayers whole = shot.render(5, 1);
+  EXPECT_EQ(whole.color.values, expected.color.values);
+  EXPECT_GT(std::ranges::max(whole.shadow.values), 0.9f);
+  EXPECT_TRUE(shot.renderObject(5, 1, {}).shadow.values.empty());
   EXPECT_EQ(shot.previewExposure(), rendererOf(bare).previewExposure());
 }
 
@@ -219,6 +229,67 @@ TEST(MotionBlur, AnOpaqueEdgeBecomesARampAsWideAsItsPath) {
         EXPECT_EQ(color.at(x, kSide / 2)[0], 0.5f * color.at(x, kSide / 2)[3]) << "premultiplied";
       }
     }
+}
+
+TEST(MotionBlur, AFrameHasItsOwnExposureWhileExposureMoves) {
+  DrawnRenderer renderer(drawCard);
+  const std::string open = "shutter_deg = 360\n";
+  const scene::Script plain = blurScript(open, 16, moving),
+                      moves = blurScript(open + "exposure = \"2*frame\"", 16, moving),
+                      steep = blurScript(open + "exposure = \"30*(frame - 4)\"", 16, moving);
+  const std::vector<std::string> aovs = {"predicted_error"};
+  const method::FrameLayers without = ShotRenderer(plain, renderer, quiet).render(4, 1, aovs),
+                            with = ShotRenderer(moves, renderer, quiet).render(4, 1, aovs);
+  for (size_t i = 0; i < with.color.values.size(); ++i)
+    ASSERT_EQ(with.color.values[i], (i % 4 == 3 ? 1 : 256) * without.color.values[i]);
+  for (size_t i = 0; i < with.color.values.size() / 4; ++i)
+    ASSERT_EQ(with.aovs.at("predicted_error").values[i], 256 * without.aovs.at("predicted_error").values[i]);
+  EXPECT_EQ(ShotRenderer(steep, renderer, quiet).render(5, 1, {}).color.values,
+            ShotRenderer(blurScript(open + "exposure = 30", 16, moving), renderer, quiet)
+                .render(5, 1, {})
+                .color.values)
+      << "30 stops at the frame, more while it is open";
+}
+
+// Gives the card the intensity of the light, and a shadow of the ground's strength.
+void drawLit(const scene::Scene& scene, method::FrameLayers& layers) {
+  const float light = std::get<scene::ShotPointLight>(scene.lights.at(0)).intensity.r;
+  for (size_t i = 0; i < layers.color.values.size(); i += 4) layers.color.values[i] = light;
+  layers.shadow = image::Image(layers.color.width, layers.color.height, 1);
+  std::ranges::fill(layers.shadow.values, static_cast<float>(scene.ground->shadow));
+}
+
+// Of eight samples of the first frame, four lie before the film; they are taken for its begin.
+TEST(MotionBlur, FadesEndWithTheFilmAndShadowsAreMeans) {
+  DrawnRenderer renderer(drawLit);
+  const auto shot = [&](const std::string& fade) {
+    return blurScript("shutter_deg = 360", 8,
+                      "[[light]]\ntype = \"point\"\nposition = [0, 0, 9]\nintensity = \"" + fade +
+                          "\"\n[ground]\npoint = [0, -1, 0]\nshadow = \"" + fade + "\"\n");
+  };
+  const scene::Script in = shot("s"), out = shot("1 - s"), root = shot("sqrt(frame)/3");
+  const float sum = (0.5f + 1.5f + 2.5f + 3.5f) / 8 / 8 / 8; // of s over the open half
+  const auto expectMean = [&](const scene::Script& script, int frame, float wanted) {
+    const method::FrameLayers film = ShotRenderer(script, renderer, quiet).render(frame, 1, {});
+    EXPECT_NEAR(film.color.values[0], wanted, 1e-6f);
+    EXPECT_NEAR(film.shadow.values[0], wanted, 1e-6f);
+  };
+  expectMean(in, 0, sum);
+  expectMean(in, 8, 1 - sum);
+  expectMean(in, 4, 0.5f);
+  expectMean(out, 0, 1 - sum);
+  expectMean(out, 8, sum);
+  EXPECT_TRUE(std::isfinite(ShotRenderer(root, renderer, quiet).render(0, 1, {}).color.values[0]));
+}
+
+TEST(Exposure, TellsOfColoursThatAnExrClamps) {
+  DrawnRenderer renderer(drawCard);
+  const scene::Script bright = blurScript("exposure = 17", 1), dim = blurScript("exposure = 15", 1);
+  const auto remark = ShotRenderer(bright, renderer, quiet).render(4, 1, {}).report.remark;
+  ASSERT_TRUE(remark);
+  EXPECT_EQ(*remark,
+            "2048 colour values beyond 65504, the most that an EXR of half floats holds, are clamped to it");
+  EXPECT_FALSE(ShotRenderer(dim, renderer, quiet).render(4, 1, {}).report.remark);
 }
 
 TEST(MotionBlur, SamplesCostAFrameEachAndDepthOneMore) {

@@ -1,5 +1,6 @@
 #include "render/film/standard_attributes.h"
 
+#include "render/film/video.h"
 #include "tests/srf/image/files.h"
 
 #include <Eigen/Geometry>
@@ -114,6 +115,22 @@ TEST(StandardAttributes, AreThoseOfTheOpenExrLibrary) {
   EXPECT_EQ(Imf::owner(header), "Somebody");
   EXPECT_EQ(header.screenWindowWidth(), 0.5f);
   EXPECT_TRUE(Imf::hasChromaticities(header));
+}
+
+TEST(StandardAttributes, RoundedRatesAreThoseOfVideo) {
+  const image::TemporaryFolder folder;
+  const image::Image picture(4, 2, 3);
+  const image::ExrLayer layer{{"R", "G", "B"}, &picture};
+  for (const auto& [rate, n, d] : {std::tuple{23.976, 24000, 1001u},
+                                   {23.98, 24000, 1001u},
+                                   {59.94, 60000, 1001u},
+                                   {25.0, 25, 1u},
+                                   {12.5, 25, 2u}}) {
+    image::writeExr(folder / "a.exr", std::span(&layer, 1), {{"framesPerSecond", frameRate(rate)}});
+    const Imf::InputFile file((folder / "a.exr").c_str());
+    EXPECT_EQ(Imf::framesPerSecond(file.header()).n, n);
+    EXPECT_EQ(Imf::framesPerSecond(file.header()).d, d);
+  }
 }
 
 } // namespace

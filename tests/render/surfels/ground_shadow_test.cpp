@@ -192,12 +192,11 @@ TEST(GroundShadow, HasTheSameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST(GroundShadow, LiesBehindTheObjectInAlphaAlone) {
+TEST(GroundShadow, LiesBehindTheObject) {
   image::Image color(3, 1, 4), density(3, 1, 1);
   color.values = {0.5f, 0.25f, 0.125f, 0.5f, 1, 1, 1, 1, 0, 0, 0, 0};
   density.values = {0.5f, 1, 0.75f};
-  putShadowBehind(color, density, 0.5);
-  EXPECT_EQ(color.values, (std::vector<float>{0.5f, 0.25f, 0.125f, 0.625f, 1, 1, 1, 1, 0, 0, 0, 0.375f}));
+  EXPECT_EQ(shadowBehind(color, density, 0.5).values, (std::vector<float>{0.125f, 0, 0.375f}));
 }
 
 class GroundOfPackedSphere : public studio::PackedSphere<3000> {
@@ -212,25 +211,27 @@ protected:
   const warp::WarpPointer still_ = studio::noWarp();
 };
 
-TEST_F(GroundOfPackedSphere, OnlyAddsAlphaWhereAShadowIsSeen) {
+TEST_F(GroundOfPackedSphere, LeavesTheObjectItsBits) {
   scene::ShotGround ground{Point3<ObjectSpace, double>(0, -1, 0), Normal3<ObjectSpace, double>(0, 1, 0), 0};
   const method::FrameLayers none = film({}), off = film(ground);
   EXPECT_EQ(off.color.values, none.color.values) << "strength 0";
+  EXPECT_TRUE(none.shadow.values.empty());
+  EXPECT_EQ(off.shadow.values, std::vector<float>(none.color.values.size() / 4)) << "none is seen";
   ground.shadow = 1;
   const method::FrameLayers on = film(ground);
+  EXPECT_EQ(on.color.values, none.color.values);
   EXPECT_EQ(on.aovs.at("depth").values, none.aovs.at("depth").values);
   EXPECT_EQ(on.aovs.at("normal").values, none.aovs.at("normal").values);
-  size_t shadowed = 0;
-  for (size_t i = 0; i < none.color.values.size(); ++i) {
-    const float with = on.color.values[i], without = none.color.values[i];
-    if (i % 4 != 3) {
-      EXPECT_EQ(with, without);
-    } else {
-      EXPECT_GE(with, without);
-      shadowed += without == 0 && with == 1;
-    }
+  size_t shadowed = 0, atOutlines = 0;
+  for (size_t i = 0; i < on.shadow.values.size(); ++i) {
+    const float shadow = on.shadow.values[i], alpha = none.color.values[4 * i + 3];
+    ASSERT_GE(shadow, 0);
+    ASSERT_LE(shadow + alpha, 1 + 0x1p-23f);
+    shadowed += alpha == 0 && shadow == 1;
+    atOutlines += alpha > 0 && alpha < 1 && shadow > 0;
   }
   EXPECT_GT(shadowed, 20u);
+  EXPECT_GT(atOutlines, 5u);
 }
 
 } // namespace
