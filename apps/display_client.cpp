@@ -46,6 +46,7 @@ public:
     bytes_.append(value).push_back('\0');
     return *this;
   }
+  // Values below 0, which the frame's file has as 0, are so here.
   Packet& floats(std::span<const float> values) {
     for (const float value : values) add(value < 0 ? 0.f : value);
     return *this;
@@ -247,8 +248,12 @@ DisplayClient::~DisplayClient() {
 
 void DisplayClient::show(const image::Image& color) {
   const std::lock_guard lock(state_->mutex);
+  if (state_->isDone) return;
   const size_t bytes = color.values.size() * sizeof(float);
-  if (state_->isDone || (!state_->waiting.empty() && state_->waitingBytes + bytes > kMostBytes)) return;
+  while (!state_->waiting.empty() && state_->waitingBytes + bytes > kMostBytes) {
+    state_->waitingBytes -= state_->waiting.front().values.size() * sizeof(float);
+    state_->waiting.pop_front();
+  }
   state_->waiting.push_back(color);
   state_->waitingBytes += bytes;
   state_->changed.notify_all();

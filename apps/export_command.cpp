@@ -1,11 +1,13 @@
 #include "apps/command.h"
 #include "apps/frame_range.h"
 #include "apps/method_options.h"
+#include "apps/open_shot.h"
 #include "apps/terminal.h"
 #include "render/film/shot_renderer.h"
 #include "render/gaussians/gaussian_ply.h"
 #include "render/gaussians/particle_field.h"
 #include "render/methods.h"
+#include "render/scene/scene.h"
 #include "render/scene/turntable.h"
 #include "render/surfels/surfel_method.h"
 #include "surfel/base/error.h"
@@ -16,6 +18,7 @@
 #include "surfel/base/version.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +28,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <variant>
 #include <vector>
 
 namespace surflect {
@@ -103,67 +107,89 @@ struct OpenShot {
   method::Setting setting;
 };
 
-OpenShot openShot(const ExportArguments& arguments, const ExportName& name, const Progress& progress) {
+OpenShot opened(const ExportArguments& arguments, const ExportName& name, const Progress& progress) {
   OpenShot shot;
-  const auto open = [&](const std::filesystem::path& model) {
-    requireSurfels(model);
-    shot.setting = arguments.options.settingFor(surfels::surfelMethod());
-    shot.model = std::make_shared<const model::Model>(model::openModel(model, progress));
-    shot.renderer = std::make_unique<surfels::SurfelRenderer>(shot.model, shot.setting);
+  const bool isTurntable = std::filesystem::is_directory(arguments.script);
+  const auto check = [&](const scene::ScriptHead& head, const scene::Script&) {
+    if (!head.objects.empty())
+      throw Error("shows a scene of light field maps, which have no surfels: export takes surfels")
+          .at("object")
+          .in(arguments.script);
+    shot.frames = framesOf(arguments, name, head.frames, isTurntable);
   };
-  if (std::filesystem::is_directory(arguments.script)) {
-    if (!arguments.model.empty()) throw UsageError(Error("is for a script").at("--model"));
-    open(arguments.script);
-    const method::Description& described = shot.renderer->describe();
-    shot.script =
-        scene::parseScript(scene::turntableScript({std::filesystem::absolute(arguments.script).string(),
-                                                   described.rig, described.points, described.isBaked}),
-                           std::filesystem::path(arguments.script) / "turntable.toml");
-    shot.frames = framesOf(arguments, name, *shot.script.frames, true);
-    return shot;
-  }
-  const scene::ScriptHead head = scene::readScriptHead(arguments.script, arguments.model);
-  if (!head.objects.empty())
-    throw Error("shows a scene of light field maps, which have no surfels: export takes surfels")
-        .at("object")
-        .in(arguments.script);
-  shot.frames = framesOf(arguments, name, head.frames, false);
-  open(head.model);
-  shot.script = scene::readScript(arguments.script, shot.model->rig.origin);
-  shot.script.model = head.model;
+  const auto open = [&](const scene::ScriptHead& head) -> const method::Description& {
+    requireSurfels(head.model);
+    shot.setting = arguments.options.settingFor(surfels::surfelMethod());
+    shot.model = std::make_shared<const model::Model>(model::openModel(head.model, progress));
+    shot.renderer = std::make_unique<surfels::SurfelRenderer>(shot.model, shot.setting);
+    return shot.renderer->describe();
+  };
+  shot.script = openShot({arguments.script, arguments.model}, check, open);
   scene::requireShot(shot.script);
   return shot;
 }
 
-std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes)); }
+// What a script asks of pictures, and Gaussians do not have; empty if nothing.
+std::vector<std::string> lostOf(const scene::Script& script, const std::vector<int>& frames) {
+  std::vector<std::string> lost;
+  if (script.ground) lost.emplace_back("[ground]");
+  bool moves = false, defocuses = false;
+  for (const int frame : frames) {
+    const scene::ShotBlur blur = scene::blurAt(script, scene::shotTime(script, frame));
+    moves = moves || blur.shutter > 0;
+    defocuses = defocuses || blur.aperture > 0;
+  }
+  if (moves) lost.emplace_back("shutter_deg");
+  if (defocuses) lost.emplace_back("aperture");
+  if (script.output->finish.tone != scene::Tone::none) lost.emplace_back("tone");
+  if (!std::holds_alternative<std::monostate>(script.output->finish.background))
+    lost.emplace_back("background");
+  return lost;
+}
 
-// Throws Error where files of this size cannot be: a file is too large, or the disk too full.
-void requireSpace(const ExportName& name, uint64_t perFile, size_t files) {
+// Line of text for files of others: nothing in it ends a line or a string.
+std::string plainText(std::string text) {
+  for (char& c : text)
+    if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte == 0x7f || c == '"' || c == '\\')
+      c = '_';
+  return text;
+}
+
+std::string megabytes(uint64_t bytes) {
+  const double count = static_cast<double>(bytes);
+  return count < 1e9 ? fmt::format("{:.1f} MB", 1e-6 * count) : fmt::format("{:.1f} GB", 1e-9 * count);
+}
+
+// Throws Error where files of about this size cannot be: one is too large, or the disk too full. A file that
+// is there is replaced when its successor is complete.
+void requireSpace(const ExportName& name, const std::vector<int>& frames, uint64_t perFile, size_t files) {
   const std::string_view smaller = "; --surfels N, --sh N, --frames A-B and --every N make it smaller";
   if (perFile > kLargestFile)
     throw Error(fmt::format("would have about {}, more than {}{}", megabytes(perFile),
                             megabytes(kLargestFile), smaller))
-        .in(name.file(0));
-  std::filesystem::path folder = std::filesystem::absolute(name.folder);
-  std::error_code unknown;
-  while (!std::filesystem::exists(folder, unknown) && folder.has_relative_path())
-    folder = folder.parent_path();
-  const std::filesystem::space_info space = std::filesystem::space(folder, unknown);
-  if (!unknown && perFile * files > space.available)
+        .in(name.file(frames.front()));
+  std::optional<uint64_t> space = freeBytes(name.folder);
+  for (size_t k = 0; space && k + 1 < files; ++k) {
+    std::error_code missing;
+    const uintmax_t replaced = std::filesystem::file_size(name.file(frames[k]), missing);
+    if (!missing) *space += replaced;
+  }
+  if (space && perFile * files > *space)
     throw Error(fmt::format("needs about {}, and {} has {} left{}", megabytes(perFile * files),
-                            folder.string(), megabytes(space.available), smaller))
-        .in(name.file(0));
+                            name.folder.string(), megabytes(*space), smaller))
+        .in(name.file(frames.front()));
 }
 
 // Surfels of one frame, as Gaussians.
 struct PosedFrame {
+  // `exposure`: factor of the frame.
   PosedFrame(const OpenShot& shot, const film::ShotRenderer& renderer, const surfels::DrawnSurfels& drawn,
              const surfels::FrameOptions& options, surfels::FrameWorkspace& workspace, int frame,
-             const Progress& progress)
+             double exposure, const Progress& progress)
       : time(scene::shotTime(shot.script, frame)), warp(scene::warpAt(shot.script, time)),
         radiance(*shot.model, drawn, {*warp, {}, scene::lightsAt(shot.script, time, renderer.environments())},
                  options, workspace, progress),
-        gaussians(radiance) {}
+        gaussians(radiance, exposure) {}
 
   warp::ShotTime time;
   warp::WarpPointer warp;
@@ -189,28 +215,36 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
   const ExportName name(arguments.output);
   requireCreatable(name.folder);
   if (!name.isSequence) requireReplaceable(name.file(0));
-  const OpenShot shot = openShot(arguments, name, progress);
+  const OpenShot shot = opened(arguments, name, progress);
   if (name.isSequence)
     for (const int frame : shot.frames) requireReplaceable(name.file(frame));
+  if (const std::vector<std::string> lost = lostOf(shot.script, shot.frames); !lost.empty())
+    say(fmt::format("{}: {} {} for pictures, and not in the export", arguments.script, fmt::join(lost, ", "),
+                    lost.size() == 1 ? "is" : "are"));
 
   const surfels::FrameOptions options = surfels::frameOptions(shot.setting);
   const size_t most = arguments.surfels ? static_cast<size_t>(*arguments.surfels) : shot.model->cloud.size();
   const surfels::DrawnSurfels drawn = surfels::drawnSurfels(*shot.model, most, progress);
   const std::string comment =
-      fmt::format("surflect {}, {}", kVersion, std::filesystem::path(arguments.script).filename().string());
+      fmt::format("surflect {}, {}", kVersion, plainText(folderName(arguments.script)));
   const gaussians::ParticleFieldFrames field{shot.frames, shot.script.frames->fps, drawn.cloud.size(),
                                              isZUp(shot.model->rig), comment};
   const bool isPly = name.format == ExportFormat::ply;
   const size_t files = isPly ? shot.frames.size() : 1;
   const uint64_t perFile = isPly ? gaussians::plyBytes(drawn.cloud.size(), arguments.degree, comment)
                                  : gaussians::particleFieldBytes(field, arguments.degree);
-  requireSpace(name, perFile, files);
+  requireSpace(name, shot.frames, perFile, files);
   say(fmt::format("{} of {} with {} of degree {}: {}about {}", counted(files, "file"),
                   counted(shot.frames.size(), "frame"), counted(drawn.cloud.size(), "Gaussian"),
                   arguments.degree, files > 1 ? "each " : "", megabytes(perFile)));
 
   film::ShotRenderer renderer(shot.script, *shot.renderer, progress);
-  const gaussians::LookOptions look{arguments.degree, renderer.previewExposure()};
+  const auto exposureOf = [&](int frame) {
+    const auto stops = scene::exposureAt(shot.script, scene::shotTime(shot.script, frame));
+    return renderer.previewExposure() * std::exp2(stops.value_or(0));
+  };
+  std::vector<double> exposures;
+  for (const int frame : shot.frames) exposures.push_back(exposureOf(frame));
   createFolder(name.folder);
   removeAbandoned(name.folder, [&](const std::string& target) {
     return std::ranges::any_of(shot.frames,
@@ -219,13 +253,15 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
   constexpr size_t kCacheBytes = size_t{1} << 30;
   surfels::FrameWorkspace workspace(*shot.model, kCacheBytes);
   const auto posed = [&](int frame) {
-    return std::make_shared<const PosedFrame>(shot, renderer, drawn, options, workspace, frame, progress);
+    return std::make_shared<const PosedFrame>(shot, renderer, drawn, options, workspace, frame,
+                                              exposureOf(frame), progress);
   };
 
   Json report = {{"model", shot.model->folder.string()},
                  {"surfels", drawn.cloud.size()},
                  {"degree", arguments.degree},
-                 {"exposure", look.exposure},
+                 {"frames", shot.frames},
+                 {"exposure", exposures},
                  {"files", Json::array()}};
   const Stopwatch watch;
   uint64_t bytes = 0;
@@ -243,7 +279,7 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
       if (pose->gaussians.size() == 0)
         throw Error(fmt::format("frame {}: no surfel has a place and an area once warped", frame))
             .in(arguments.script);
-      writeGaussianPly(name.file(frame), pose->gaussians, look, comment,
+      writeGaussianPly(name.file(frame), pose->gaussians, arguments.degree, comment,
                        stepOf(progress, gaussians::kStage, k, shot.frames.size()));
       add(name.file(frame), {{"frame", frame}, {"gaussians", pose->gaussians.size()}});
     }
@@ -252,7 +288,7 @@ Json runExport(const ExportArguments& arguments, const Progress& progress) {
       const auto pose = posed(shot.frames[k]);
       return std::shared_ptr<const gaussians::Gaussians>(pose, &pose->gaussians);
     };
-    writeParticleField(name.file(0), field, at, look, progress);
+    writeParticleField(name.file(0), field, at, arguments.degree, progress);
     add(name.file(0), {{"frames", shot.frames}, {"gaussians", drawn.cloud.size()}});
   }
   report["bytes"] = bytes;

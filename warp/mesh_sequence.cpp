@@ -3,9 +3,14 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 namespace surflect::warp {
@@ -90,13 +95,47 @@ double distanceFrom(const std::vector<Vec3<double>>& rest, const std::vector<Vec
   return most;
 }
 
+// Largest distance of points that count as the same.
+double toleranceOf(const std::vector<Vec3<double>>& points) {
+  constexpr double kSame = 1e-4; // of the size of the mesh
+  Eigen::AlignedBox3d box;
+  for (const Vec3<double>& x : points) box.extend(x);
+  return kSame * box.diagonal().norm();
+}
+
+// MeshSequence::displacement. The similarity is that of Umeyama 1991.
+std::optional<std::string> displacementOf(const std::vector<Vec3<double>>& rest,
+                                          const std::vector<Vec3<double>>& points) {
+  const double tolerance = toleranceOf(rest);
+  if (distanceFrom(rest, points, [](const Vec3<double>& x) { return x; }) <= tolerance) return std::nullopt;
+  using Columns = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  Columns from(3, static_cast<Eigen::Index>(rest.size())), to = from;
+  for (size_t i = 0; i < rest.size(); ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = rest[i];
+    to.col(static_cast<Eigen::Index>(i)) = points[i];
+  }
+  const Eigen::Matrix4d similarity = Eigen::umeyama(from, to);
+  const double scale = similarity.topLeftCorner<3, 1>().norm();
+  if (!(scale > 0)) return std::nullopt;
+  const Mat3<double> rotation = similarity.topLeftCorner<3, 3>() / scale;
+  const auto rested = [&](const Vec3<double>& x) -> Vec3<double> {
+    return rotation.transpose() * (x - similarity.topRightCorner<3, 1>()) / scale;
+  };
+  if (!(distanceFrom(rest, points, rested) <= tolerance)) return std::nullopt;
+  const double degrees = Eigen::AngleAxisd(rotation).angle() * 180 / std::numbers::pi;
+  const double moved = (to.rowwise().mean() - from.rowwise().mean()).norm();
+  std::string text;
+  const auto add = [&](const std::string& change) { text += (text.empty() ? "" : ", ") + change; };
+  if (degrees > 0.01) add(fmt::format("turned by {:.1f} degrees", degrees));
+  if (std::abs(scale - 1) > 1e-4) add(fmt::format("scaled by {:.4g}", scale));
+  if (moved > tolerance) add(fmt::format("moved by {:.4g}", moved));
+  return text;
+}
+
 // Throws Error if the points are those at rest with other axes: exporters exchange y and z, or turn z up to y
 // up. Points in another pose pass.
 void requireAxesOf(const std::vector<Vec3<double>>& rest, const std::vector<Vec3<double>>& points) {
-  constexpr double kSame = 1e-4; // of the size of the mesh
-  Eigen::AlignedBox3d box;
-  for (const Vec3<double>& x : rest) box.extend(x);
-  const double tolerance = kSame * box.diagonal().norm();
+  const double tolerance = toleranceOf(rest);
   using Turn = Vec3<double> (*)(const Vec3<double>&);
   constexpr std::array<std::pair<Turn, const char*>, 3> turns{{{[](const Vec3<double>& x) -> Vec3<double> {
                                                                   return {x[0], -x[2], x[1]};
@@ -154,7 +193,9 @@ MeshSequence MeshSequence::ofCache(const std::filesystem::path& rest, const std:
   MeshSequence sequence(rest, Vec3<double>::Zero());
   sequence.cache_.emplace(cache, sequence.rest_.positions.size());
   sequence.times_ = sequence.cache_->times();
-  inFile(cache, [&] { requireAxesOf(positionsOf(sequence.rest_), sequence.positionsAt(0)); });
+  const std::vector<Vec3<double>> rested = positionsOf(sequence.rest_), first = sequence.positionsAt(0);
+  inFile(cache, [&] { requireAxesOf(rested, first); });
+  sequence.displacement_ = displacementOf(rested, first);
   sequence.hash_ = surflect::contentHash(hex(fileHash(rest)) + ' ' + hex(sequence.cache_->contentHash()));
   return sequence;
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace surflect::warp {
@@ -35,6 +36,10 @@ public:
     return cache_ ? std::optional(cache_->format()) : std::nullopt;
   }
 
+  // How a cache's first sample differs from the rest mesh if it is that mesh in another place, such as
+  // "turned by 30.0 degrees, moved by 1.5": exporters may write an object's own coordinates.
+  const std::optional<std::string>& displacement() const { return displacement_; }
+
   const MeshField& field() const { return field_; }
   uint64_t contentHash() const { return hash_; } // of all files
 
@@ -48,6 +53,7 @@ private:
   std::vector<double> times_;                // of the keys
   std::vector<std::filesystem::path> files_; // of the keys, unless they are in the cache
   std::optional<PointCache> cache_;
+  std::optional<std::string> displacement_;
   uint64_t hash_ = 0;
 };
 

@@ -1,7 +1,7 @@
 """Exports a Blender scene to Surflect: a capture, rendered by Cycles under one lamp at a time, and a film script.
 
     blender scene.blend -b -P surflect_export.py -- FOLDER [--help]
-    blender scene.blend -b -P surflect_export.py -- camera.json --camera-path
+    blender scene.blend -b -P surflect_export.py -- --camera-path camera.json
 
 or as an add-on (Edit > Preferences > Add-ons > Install): File > Export > Surflect capture, or Surflect camera path.
 Blender 3.4 and newer. FOLDER must not exist, or be empty. docs/import.md, "Blender", says what is exported.
@@ -306,18 +306,25 @@ def camera_path(scene):
     if scene.camera is None:
         raise ExportError("scene: found no active camera, expected one")
     width, height = film_size(scene)
-    before, keys = scene.frame_current, []
-    for frame in range(scene.frame_start, scene.frame_end + 1):
-        scene.frame_set(frame)  # a marker may change the camera
-        keys.append({"frame": frame, **lens_of(scene.camera, width, height),
-                     "transform_matrix": [list(row) for row in rigid(scene.camera.matrix_world)]})
-    scene.frame_set(before)
+    before, subframe, keys = scene.frame_current, scene.frame_subframe, []
+    try:
+        for frame in range(scene.frame_start, scene.frame_end + 1):
+            scene.frame_set(frame)
+            keys.append({"frame": frame, **lens_of(scene.camera, width, height),
+                         "transform_matrix": [list(row) for row in rigid(scene.camera.matrix_world)]})
+    finally:
+        scene.frame_set(before, subframe=subframe)
     return {"w": width, "h": height, "frames": keys}
 
 
 def export_camera_path(scene, path, say):
     """Writes the path; the file appears when it is complete."""
     keys = camera_path(scene)
+    cuts = sorted({marker.frame for marker in scene.timeline_markers
+                   if marker.camera and scene.frame_start < marker.frame <= scene.frame_end})
+    if cuts:
+        say(f"markers change the camera at frames {', '.join(map(str, cuts))}: whole frames show each cut, but motion blur, "
+            "and frames between, sweep from one camera to the other")
     path = os.path.abspath(path)
     with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(path), prefix=os.path.basename(path) + ".", delete=False) as file:
         try:
@@ -460,8 +467,8 @@ def export(scene, folder, options, say):
 
 def main(arguments):
     parser = argparse.ArgumentParser(prog="blender SCENE.blend -b -P surflect_export.py --", description=__doc__.split("\n")[0])
-    parser.add_argument("folder", help="with --camera-path: the file")
-    parser.add_argument("--camera-path", action="store_true", help="only the path of the active camera, for [camera] file")
+    parser.add_argument("folder", nargs="?", help="new or empty")
+    parser.add_argument("--camera-path", metavar="FILE", help="only the path of the active camera, for [camera] file")
     parser.add_argument("--size", nargs=2, type=int, metavar=("WIDTH", "HEIGHT"), default=(512, 512), help="of a photograph")
     parser.add_argument("--samples", type=int, default=Options.samples, help="of a pixel")
     parser.add_argument("--cameras", type=int, default=Options.cameras, help="of the dome, where the scene has none of its own")
@@ -470,12 +477,15 @@ def main(arguments):
     given = parser.parse_args(arguments)
     if min(*given.size, given.samples, given.cameras, given.lamps) < 1:
         parser.error("numbers must be 1 or more")
+    if (given.folder is None) == (given.camera_path is None):
+        parser.error("expected either a folder or --camera-path FILE")
+
     def say(text):
         print(text, flush=True)
 
     try:
         if given.camera_path:
-            export_camera_path(bpy.context.scene, given.folder, say)
+            export_camera_path(bpy.context.scene, given.camera_path, say)
         else:
             export(bpy.context.scene, given.folder, Options(*given.size, given.samples, given.cameras, given.lamps, tuple(given.objects)), say)
     except (ExportError, OSError, RuntimeError) as problem:

@@ -103,6 +103,11 @@ std::optional<std::string> misplacedRestMesh(const scene::Script& script, const 
       return at + fmt::format("{:.0f} % of the surfels are further from its rest mesh than twice the "
                               "length of its edges: are its units and axes those of the model?",
                               100 * share);
+    const auto* mesh = std::get_if<warp::MeshMotion>(&script.warps[i]);
+    if (mesh && mesh->sequence->displacement())
+      return at + fmt::format("its cache begins with the rest mesh {}: if the object should not be there, "
+                              "export it in world space",
+                              *mesh->sequence->displacement());
     if (i + 1 == end) break;
     try {
       const warp::WarpPointer warp = warp::evaluateAt(script.warps[i], time);

@@ -35,8 +35,8 @@ Trust trustIn(const image::Image& color, const image::Image& predictedError, dou
 
 // Reports the first mesh or skeleton warp whose rest mesh does not lie around the object: its box is that of
 // the object only when y and z are exchanged, or it does not reach more than a tenth of the object's points
-// (MeshField::reaches), as happens when units or axes differ. Examines at most a few thousand points. Throws
-// Error as warp::evaluateAt.
+// (MeshField::reaches), as happens when units or axes differ; or its cache begins with it in another place
+// (MeshSequence::displacement). Examines at most a few thousand points. Throws Error as warp::evaluateAt.
 std::optional<std::string> misplacedRestMesh(const scene::Script& script, const warp::ShotTime& time,
                                              std::span<const Point3<AcquisitionSpace>> object);
 

@@ -62,9 +62,14 @@ image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& came
                                   {"software", std::string("surflect ") + kVersion}};
   if (const auto ndc = worldToNdc(camera)) attributes["worldToNDC"] = *ndc;
   const capture::Lens& lens = camera.lens;
-  const bool isCentered = lens.centerX == lens.width / 2.0 && lens.centerY == lens.height / 2.0;
-  if (lens.model == capture::Lens::Model::pinhole && isCentered && !lens.distorts())
+  if (lens.model == capture::Lens::Model::pinhole && !lens.distorts()) {
+    // Pixels are as high as 1 / fy at depth 1, and as wide as 1 / fx.
     attributes["screenWindowWidth"] = static_cast<float>(lens.width / lens.focalX);
+    attributes["screenWindowCenter"] =
+        image::Pair{static_cast<float>((lens.width / 2.0 - lens.centerX) / lens.focalX),
+                    static_cast<float>((lens.centerY - lens.height / 2.0) / lens.focalY)};
+    attributes["pixelAspectRatio"] = static_cast<float>(lens.focalY / lens.focalX);
+  }
   if (!script.output->owner.empty()) attributes["owner"] = script.output->owner;
   return attributes;
 }

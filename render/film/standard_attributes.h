@@ -21,7 +21,8 @@ image::RowMatrix worldToCamera(const capture::Camera<ObjectSpace>& camera);
 std::optional<image::RowMatrix> worldToNdc(const capture::Camera<ObjectSpace>& camera);
 
 // All of them: worldToCamera, worldToNDC, framesPerSecond, imageCounter, software; owner where the script
-// names one; screenWindowWidth, width of the picture at depth 1, of a pinhole with its axis in the middle.
+// names one. Of a pinhole without distortion: screenWindowWidth and screenWindowCenter, width and middle of
+// the picture at depth 1, x right and y up from the axis; pixelAspectRatio, width of a pixel over its height.
 image::ExrAttributes standardAttributes(const capture::Camera<ObjectSpace>& camera,
                                         const scene::Script& script, int frame);
 

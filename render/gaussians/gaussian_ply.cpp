@@ -62,20 +62,20 @@ uint64_t plyBytes(size_t gaussians, int degree, std::string_view comment) {
   return plyHeader(gaussians, degree, comment).size() + sizeof(float) * gaussians * plyFields(degree).size();
 }
 
-void writeGaussianPly(const std::filesystem::path& path, const Gaussians& gaussians,
-                      const LookOptions& options, std::string_view comment, const Progress& progress) {
+void writeGaussianPly(const std::filesystem::path& path, const Gaussians& gaussians, int degree,
+                      std::string_view comment, const Progress& progress) {
   static_assert(std::endian::native == std::endian::little);
   AtomicFile file(path);
-  file.write(plyHeader(gaussians.size(), options.degree, comment));
+  file.write(plyHeader(gaussians.size(), degree, comment));
   std::vector<float> rows;
   const size_t parts = (gaussians.size() + kAtOnce - 1) / kAtOnce;
   for (size_t part = 0; part < parts; ++part) {
     const size_t begin = part * kAtOnce, end = std::min(gaussians.size(), begin + kAtOnce);
     const std::vector<Look> looks =
-        gaussians.looks(begin, end, options, stepOf(progress, kStage, part, parts));
+        gaussians.looks(begin, end, degree, stepOf(progress, kStage, part, parts));
     rows.clear();
     for (size_t i = begin; i < end; ++i) {
-      const std::vector<float> row = plyValues(gaussians.shape(i), looks[i - begin], options.degree);
+      const std::vector<float> row = plyValues(gaussians.shape(i), looks[i - begin], degree);
       rows.insert(rows.end(), row.begin(), row.end());
     }
     file.write(std::as_bytes(std::span(rows)));

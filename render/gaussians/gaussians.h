@@ -27,14 +27,19 @@ inline constexpr double kDeviationPerRadius = 0.55, kOpacity = 0.99, kThickness 
 // An ellipsoid: Sigma = R diag(scale)^2 R^T, R of the quaternion.
 struct Shape {
   Vec3<float> center = Vec3<float>::Zero(), normal = Vec3<float>::Zero(); // normal: outwards, unit
-  std::array<float, 3> scale{};              // longest axis first, thickness last
-  std::array<float, 4> rotation{1, 0, 0, 0}; // w, x, y, z; unit, w >= 0
+  std::array<float, 3> scale{};                                           // along the axes; thickness last
+  std::array<float, 4> rotation{1, 0, 0, 0};                              // w, x, y, z; unit, w >= 0
 };
 
 // Ellipsoid of a warped surfel of a radius: its axes are the principal axes of the ellipse a u + b v, a^2 +
-// b^2 = 1, whose half-axes are the singular values of (u v). The surfel must not be dead.
+// b^2 = 1, whose half-axes are the singular values of (u v), the longer one first. The surfel must not be
+// dead.
 Shape shapeOf(const Point3<ObjectSpace>& p, const Direction3<ObjectSpace>& u,
               const Direction3<ObjectSpace>& v, Handedness handedness, float radius);
+
+// The same ellipsoid with those of its axes that are nearest to another's: turned about its normal by a
+// multiple of 90 degrees, and its quaternion negated or not, so that the two can be interpolated.
+Shape nearestTo(const Shape& other, const Shape& shape);
 
 // Look of a Gaussian.
 struct Look {
@@ -42,29 +47,25 @@ struct Look {
   float opacity = 0;    // 0..1
 };
 
-struct LookOptions {
-  int degree = kHighestDegree; // 0..kHighestDegree
-  double exposure = 1;         // factor on radiance; 1 then is white
-};
-
 // Gaussians of the surfels that are not dead.
 class Gaussians {
 public:
-  // The radiance must outlive this.
-  explicit Gaussians(const surfels::OutgoingRadiance& radiance);
+  // `exposure`: factor on radiance; 1 then is white. The radiance must outlive this.
+  Gaussians(const surfels::OutgoingRadiance& radiance, double exposure);
 
   size_t size() const { return alive_.size(); }
   // Entries of the drawn cloud, ascending.
   std::span<const uint32_t> alive() const { return alive_; }
   Shape shape(size_t i) const;
   // Looks of the Gaussians [begin, end): radiance towards well-spread directions in front of a surfel,
-  // exposed, clamped to 0..1 and sRGB-encoded, and fitted by harmonics. The weight of a direction is its
-  // cosine to the normal, times the surfel's alpha in it. Throws Error as shade, and Cancelled.
-  std::vector<Look> looks(size_t begin, size_t end, const LookOptions& options,
-                          const Progress& progress = {}) const;
+  // exposed, clamped to 0..1 and sRGB-encoded, and fitted by harmonics of a degree. The weight of a direction
+  // is its cosine to the normal, times the surfel's alpha in it. Directions differ between surfels, so that
+  // highlights that fall between them do not vanish from whole areas. Throws Error as shade, and Cancelled.
+  std::vector<Look> looks(size_t begin, size_t end, int degree, const Progress& progress = {}) const;
 
 private:
   const surfels::OutgoingRadiance& radiance_;
+  double exposure_;
   std::vector<uint32_t> alive_;
 };
 

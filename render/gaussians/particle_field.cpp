@@ -1,5 +1,6 @@
 #include "render/gaussians/particle_field.h"
 
+#include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cassert>
 #include <iterator>
+#include <optional>
 #include <string_view>
 
 namespace surflect::gaussians {
@@ -55,24 +57,18 @@ public:
               const Progress& progress)
       : file_(file), frames_(frames), at_(at), progress_(progress) {}
 
-  // value(gaussians, k) writes the array of frame k. `weight`: share of all work.
+  // value(gaussians, progress) writes the array of a frame. `weight`: share of all work.
   template <class Value> void attribute(std::string_view declaration, double weight, const Value& value) {
     const bool isSampled = frames_.frames.size() > 1;
+    const Progress share = shareOf(weight);
     file_.write(fmt::format("    {}{} = ", declaration, isSampled ? ".timeSamples" : ""));
     if (isSampled) file_.write("{\n");
     for (size_t k = 0; k < frames_.frames.size(); ++k) {
-      Progress part = progress_;
-      const double from =
-          done_ + weight * static_cast<double>(k) / static_cast<double>(frames_.frames.size());
-      const double width = weight / static_cast<double>(frames_.frames.size());
-      if (progress_.report)
-        part.report = [&](std::string_view stage, double fraction) {
-          progress_.report(stage, from + width * fraction);
-        };
+      const Progress part = stepOf(share, kStage, k, frames_.frames.size());
       part(kStage, 0);
       if (isSampled) file_.write(fmt::format("        {}: ", frames_.frames[k]));
       file_.write("[");
-      value(*at_(k), k, part);
+      value(*at_(k), part);
       file_.write(isSampled ? "],\n" : "]");
     }
     done_ += weight;
@@ -80,6 +76,16 @@ public:
   }
 
 private:
+  // Progress of this share of all work, after what is done.
+  Progress shareOf(double weight) const {
+    Progress share = progress_;
+    if (progress_.report)
+      share.report = [this, weight](std::string_view stage, double fraction) {
+        progress_.report(stage, done_ + weight * fraction);
+      };
+    return share;
+  }
+
   AtomicFile& file_;
   const ParticleFieldFrames& frames_;
   const GaussiansAt& at_;
@@ -118,25 +124,29 @@ uint64_t particleFieldBytes(const ParticleFieldFrames& frames, int degree) {
 }
 
 void writeParticleField(const std::filesystem::path& path, const ParticleFieldFrames& frames,
-                        const GaussiansAt& at, const LookOptions& options, const Progress& progress) {
+                        const GaussiansAt& at, int degree, const Progress& progress) {
   assert(!frames.frames.empty());
   AtomicFile file(path);
   file.write(headerOf(frames));
   file.write(kPrim);
   FieldWriter field(file, frames, at, progress);
-  const size_t drawn = frames.drawn, perParticle = coefficientsOf(options.degree);
+  const size_t drawn = frames.drawn, perParticle = coefficientsOf(degree);
   // Writes an array of one tuple for each particle; numbers(shape) are those of its Gaussian.
   const auto shapes = [&](std::string_view declaration, int digits, const auto& ofDead, const auto& numbers) {
-    field.attribute(declaration, 0.05, [&](const Gaussians& gaussians, size_t, const Progress&) {
+    std::vector<std::optional<Shape>> before(drawn); // the last in which the particle lived
+    field.attribute(declaration, 0.05, [&](const Gaussians& gaussians, const Progress&) {
       const std::vector<size_t> indices = indicesOf(gaussians, drawn);
       writeEntries(file, 0, drawn, [&](size_t i, Text& text) {
         const size_t index = indices[i];
-        addTuple(index < gaussians.size() ? numbers(gaussians.shape(index)) : ofDead, digits, text);
+        if (index >= gaussians.size()) return addTuple(ofDead, digits, text);
+        const Shape shape = gaussians.shape(index);
+        before[i] = before[i] ? nearestTo(*before[i], shape) : shape;
+        addTuple(numbers(*before[i]), digits, text);
       });
     });
   };
   using Triple = std::array<float, 3>;
-  field.attribute("float3[] extent", 0.02, [&](const Gaussians& gaussians, size_t, const Progress&) {
+  field.attribute("float3[] extent", 0.02, [&](const Gaussians& gaussians, const Progress&) {
     Vec3<float> low = Vec3<float>::Zero(), high = low;
     for (size_t i = 0; i < gaussians.size(); ++i) {
       const Shape shape = gaussians.shape(i);
@@ -156,19 +166,20 @@ void writeParticleField(const std::filesystem::path& path, const ParticleFieldFr
   shapes("quatf[] orientations", kRotationDigits, std::array<float, 4>{1, 0, 0, 0},
          [](const Shape& shape) { return shape.rotation; });
   shapes("float3[] scales", kScaleDigits, Triple{}, [](const Shape& shape) { return shape.scale; });
-  file.write(fmt::format("    uniform int radiance:sphericalHarmonicsDegree = {}\n", options.degree));
-  std::vector<float> opacities(drawn);
-  const auto colors = [&](const Gaussians& gaussians, size_t k, const Progress& part) {
+  file.write(fmt::format("    uniform int radiance:sphericalHarmonicsDegree = {}\n", degree));
+  std::vector<float> opacities(drawn, -1); // -1: it has not lived yet
+  const auto colors = [&](const Gaussians& gaussians, const Progress& part) {
     const std::vector<size_t> indices = indicesOf(gaussians, drawn);
     const size_t parts = (drawn + kAtOnce - 1) / kAtOnce;
     for (size_t p = 0, first = 0; p < parts; ++p) {
       const size_t begin = p * kAtOnce, end = std::min(drawn, begin + kAtOnce);
       size_t last = first;
       while (last < gaussians.size() && gaussians.alive()[last] < end) ++last;
-      const std::vector<Look> looks = gaussians.looks(first, last, options, stepOf(part, kStage, p, parts));
+      const std::vector<Look> looks = gaussians.looks(first, last, degree, stepOf(part, kStage, p, parts));
       writeEntries(file, begin, end, [&](size_t i, Text& text) {
-        const Look look = indices[i] < gaussians.size() ? looks[indices[i] - first] : Look{};
-        if (k == 0) opacities[i] = look.opacity;
+        const bool lives = indices[i] < gaussians.size();
+        const Look look = lives ? looks[indices[i] - first] : Look{};
+        if (lives && opacities[i] < 0) opacities[i] = look.opacity;
         for (size_t j = 0; j < perParticle; ++j) {
           Color color = look.color[j];
           if (j == 0)
@@ -181,9 +192,11 @@ void writeParticleField(const std::filesystem::path& path, const ParticleFieldFr
     }
   };
   field.attribute("float3[] radiance:sphericalHarmonicsCoefficients", 0.8, colors);
+  if (std::ranges::all_of(opacities, [](float opacity) { return opacity < 0; }))
+    throw Error("no surfel has a place and an area in any frame once warped").in(path);
   file.write("    float[] opacities = [");
   writeEntries(file, 0, drawn, [&](size_t i, Text& text) {
-    fmt::format_to(std::back_inserter(text), "{:.{}g}", opacities[i], kColorDigits);
+    fmt::format_to(std::back_inserter(text), "{:.{}g}", std::max(0.f, opacities[i]), kColorDigits);
   });
   file.write("]\n}\n");
   file.commit();

@@ -36,8 +36,10 @@ using GaussiansAt = std::function<std::shared_ptr<const Gaussians>(size_t k)>;
 uint64_t particleFieldBytes(const ParticleFieldFrames& frames, int degree);
 
 // Writes a file atomically. Several frames are time samples, of which one is in memory at a time: each
-// attribute is a pass over all frames. Opacities are those of the first frame. Throws Error and Cancelled.
+// attribute is a pass over all frames. A particle has the opacity of the first frame in which it lives, and
+// in each frame the axes nearest to those of the frame before. Throws Error and Cancelled, and Error if no
+// particle lives in any frame.
 void writeParticleField(const std::filesystem::path& path, const ParticleFieldFrames& frames,
-                        const GaussiansAt& at, const LookOptions& options, const Progress& progress = {});
+                        const GaussiansAt& at, int degree, const Progress& progress = {});
 
 } // namespace surflect::gaussians

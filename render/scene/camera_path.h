@@ -12,8 +12,8 @@ namespace surflect::scene {
 class CameraPath {
 public:
   // Reads JSON: the lens keys of transforms.json, which frames may override, and a list `frames` of
-  // { frame, transform_matrix } in rising order. `origin` is subtracted from positions. Throws Error naming
-  // file and field; a misspelt key is answered with the nearest known one.
+  // { frame, transform_matrix } in rising order, all of one camera model. `origin` is subtracted from
+  // positions. Throws Error naming file and field; a misspelt key is answered with the nearest known one.
   explicit CameraPath(const std::filesystem::path& path, const Vec3<double>& origin = Vec3<double>::Zero());
 
   // Camera at a frame. Between keys, position and lens move linearly and the axes turn about one axis at a

@@ -42,26 +42,32 @@ DrawnSurfels drawnSurfels(const weights::ReflectanceField& field, size_t most, c
 OutgoingRadiance::OutgoingRadiance(const weights::ReflectanceField& field, const DrawnSurfels& drawn,
                                    const scene::Scene& scene, const FrameOptions& options,
                                    FrameWorkspace& workspace, const Progress& progress)
-    : field_(field), drawn_(drawn), options_(options), workspace_(workspace),
-      lit_(litScene(scene, options.environmentError, field, options.shade, workspace.environments, progress)),
-      deformed_(warp::deform(drawn.cloud, scene.warp, progress)),
-      tangents_(withTangents(options.tangents, deformed_, field, drawn.surfels, progress)) {
-  const bool hasLights = lit_.scene.lights.size() > lit_.environments.size();
-  if (!castsShadows(field, options.shade, options.shadows) || !hasLights) return;
-  if (!workspace.occluders) workspace.occluders = occludersOf(field.cloud, *field.levels);
-  shadows_.emplace(*workspace.occluders, field.cloud, lit_.scene, progress);
+    : field_(field), drawn_(drawn), options_(options), workspace_(workspace), scene_(scene),
+      deformed_(warp::deform(drawn.cloud, scene.warp, progress)) {}
+
+std::unique_ptr<OutgoingRadiance::Light> OutgoingRadiance::lightOf(const Progress& progress) const {
+  std::unique_ptr<Light> light(new Light{
+      litScene(scene_, options_.environmentError, field_, options_.shade, workspace_.environments, progress),
+      withTangents(options_.tangents, deformed_, field_, drawn_.surfels, progress),
+      {}});
+  const bool hasLights = light->lit.scene.lights.size() > light->lit.environments.size();
+  if (!castsShadows(field_, options_.shade, options_.shadows) || !hasLights) return light;
+  if (!workspace_.occluders) workspace_.occluders = occludersOf(field_.cloud, *field_.levels);
+  light->shadows.emplace(*workspace_.occluders, field_.cloud, light->lit.scene, progress);
+  return light;
 }
 
 shading::Shaded OutgoingRadiance::towards(const Direction3<ObjectSpace, double>& viewer,
                                           std::span<const uint32_t> surfels, const Progress& progress) const {
   const capture::Camera<ObjectSpace> camera = distantCamera(viewer);
-  const DeformedCloud& forLookUp = tangents_.size() > 0 ? tangents_ : deformed_;
+  if (!light_) light_ = lightOf(progress);
+  const auto& [lit, tangents, shadows] = *light_;
+  const DeformedCloud& forLookUp = tangents.size() > 0 ? tangents : deformed_;
   const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
     const auto part = surfels.subspan(begin, end - begin);
-    writeQueries(drawn_.cloud, forLookUp, part, camera, lit_.scene.lights, lit_.environments, progress,
-                 batch);
+    writeQueries(drawn_.cloud, forLookUp, part, camera, lit.scene.lights, lit.environments, progress, batch);
     batch.reached.clear();
-    if (shadows_) shadows_->fill(deformed_, part, batch);
+    if (shadows) shadows->fill(deformed_, part, batch);
     for (uint32_t& surfel : batch.surfels) surfel = drawn_.surfels[surfel]; // its number in the field
   };
   weights::ShadeOptions shading = options_.shade;

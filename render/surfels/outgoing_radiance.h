@@ -8,6 +8,7 @@
 #include "surfel/cloud.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,10 +24,11 @@ struct DrawnSurfels {
 // The finest level of detail of a field with at most `most` surfels, or its coarsest. Throws Cancelled.
 DrawnSurfels drawnSurfels(const weights::ReflectanceField& field, size_t most, const Progress& progress = {});
 
-// Surfels under the warp and the lights of a scene, whose camera has no effect.
+// Surfels under the warp and the lights of a scene, whose camera has no effect. Lights and shadows are
+// prepared when radiance is first asked for, so that shapes alone are cheap.
 class OutgoingRadiance {
 public:
-  // The arguments, but for the scene's camera and lights, must outlive this. Throws Error as renderFrame, and
+  // The arguments must outlive this, but for the scene, whose warp must. Throws Error as renderFrame, and
   // Cancelled.
   OutgoingRadiance(const weights::ReflectanceField& field, const DrawnSurfels& drawn,
                    const scene::Scene& scene, const FrameOptions& options, FrameWorkspace& workspace,
@@ -38,7 +40,7 @@ public:
 
   // Radiance of each of `surfels`, entries of the drawn cloud that are not dead, towards a viewer in this
   // unit direction. Equals the shading of renderFrame for an orthographic camera, with a query per surfel.
-  // Throws Error as shade, and Cancelled.
+  // Calls come from one thread. Throws Error as renderFrame and shade, and Cancelled.
   shading::Shaded towards(const Direction3<ObjectSpace, double>& viewer, std::span<const uint32_t> surfels,
                           const Progress& progress = {}) const;
 
@@ -47,9 +49,16 @@ private:
   const DrawnSurfels& drawn_;
   const FrameOptions& options_;
   FrameWorkspace& workspace_;
-  LitScene lit_;
-  DeformedCloud deformed_, tangents_; // tangents: for L; empty if they are those of the deformed cloud
-  std::optional<CastShadows> shadows_;
+  const scene::Scene scene_;
+  DeformedCloud deformed_;
+
+  struct Light {
+    LitScene lit;
+    DeformedCloud tangents; // for L; empty if they are those of the deformed cloud
+    std::optional<CastShadows> shadows;
+  };
+  std::unique_ptr<Light> lightOf(const Progress& progress) const;
+  mutable std::unique_ptr<const Light> light_; // once asked for
 };
 
 } // namespace surflect::surfels

@@ -107,7 +107,8 @@ struct FrameRate { // frames per second
   int numerator, denominator;
 };
 using RowMatrix = std::array<std::array<float, 4>, 4>; // acts on rows from the right: (x y z 1) M
-using ExrAttribute = std::variant<std::string, int, float, FrameRate, RowMatrix>;
+using Pair = std::array<float, 2>;
+using ExrAttribute = std::variant<std::string, int, float, FrameRate, Pair, RowMatrix>;
 using ExrAttributes = std::map<std::string, ExrAttribute>;
 
 // Bytes of a file with layers of one size and metadata; the same for equal input and any number of threads.

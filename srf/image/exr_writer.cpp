@@ -77,6 +77,7 @@ Imf::StringAttribute foreign(const std::string& text) { return {text}; }
 Imf::IntAttribute foreign(int number) { return {number}; }
 Imf::FloatAttribute foreign(float number) { return {number}; }
 Imf::RationalAttribute foreign(FrameRate rate) { return {{rate.numerator, rate.denominator}}; }
+Imf::V2fAttribute foreign(const Pair& pair) { return {Imath::V2f(pair[0], pair[1])}; }
 Imf::M44fAttribute foreign(const RowMatrix& matrix) {
   Imath::M44f copy;
   for (int row = 0; row < 4; ++row)

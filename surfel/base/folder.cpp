@@ -28,11 +28,28 @@ uint64_t bytesIn(const std::filesystem::path& folder) {
   return bytes;
 }
 
-void requireCreatable(const std::filesystem::path& folder) {
-  std::error_code unknown; // reported when creating
+namespace {
+
+// The folder, or the nearest one above it that exists.
+std::filesystem::path nearestFolder(const std::filesystem::path& folder) {
+  std::error_code unknown; // reported by those who use it
   auto nearest = std::filesystem::absolute(folder, unknown);
   while (!std::filesystem::exists(nearest, unknown) && nearest.has_relative_path())
     nearest = nearest.parent_path();
+  return nearest;
+}
+
+} // namespace
+
+std::optional<uint64_t> freeBytes(const std::filesystem::path& folder) {
+  std::error_code failure;
+  const std::filesystem::space_info disk = std::filesystem::space(nearestFolder(folder), failure);
+  return failure ? std::nullopt : std::optional<uint64_t>(disk.available);
+}
+
+void requireCreatable(const std::filesystem::path& folder) {
+  std::error_code unknown; // reported when creating
+  const std::filesystem::path nearest = nearestFolder(folder);
   if (!std::filesystem::is_directory(nearest, unknown))
     throw Error("cannot be created (" + nearest.string() + " is not a folder)").in(folder);
   if (::access(nearest.c_str(), W_OK | X_OK) != 0)

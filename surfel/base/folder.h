@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 
@@ -22,6 +23,9 @@ std::string folderName(const std::filesystem::path& folder);
 
 // Bytes of all regular files in a folder and its folders; what cannot be read does not count.
 uint64_t bytesIn(const std::filesystem::path& folder);
+
+// Free bytes of the disk that a folder is on, or would be on: it may be missing. Empty if it cannot be told.
+std::optional<uint64_t> freeBytes(const std::filesystem::path& folder);
 
 // Throws Error unless the folder is writable, or does not exist and can be created. Creates nothing.
 void requireCreatable(const std::filesystem::path& folder);

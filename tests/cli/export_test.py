@@ -28,6 +28,13 @@ def pixels_of(path):
     return np.array(read_png(path)).reshape(SIZE[1], SIZE[0], 4) / 255
 
 
+def covariances(turns, scales):
+    """R diag(scale)^2 R^T of each Gaussian."""
+    turns = {f"rot_{k}": turns[:, k] for k in range(4)}
+    axes = splat_raster.rotations(turns) * scales[:, None, :]
+    return axes @ axes.transpose(0, 2, 1)
+
+
 def foreign(file, out):
     """What a program of others finds in a file: arrays by name and time, and what the file says of itself."""
     result = subprocess.run(["node", pathlib.Path(__file__).with_name("foreign_gaussians.mjs"), READERS, file, out],
@@ -87,9 +94,12 @@ class Export(TestInFolder):
             self.assertEqual(len(place), count)
             np.testing.assert_allclose(place, np.stack([ours[k] for k in "xyz"], 1), rtol=1e-6, atol=1e-7)
             turn = arrays["quatf[] orientations", frame].reshape(-1, 4)[:, [3, 0, 1, 2]]  # three.js has w last
-            np.testing.assert_allclose(turn, splat_raster.columns(ours, "rot", 4), atol=1e-6)
             scale = arrays["float3[] scales", frame].reshape(-1, 3)
-            np.testing.assert_allclose(scale, np.exp(splat_raster.columns(ours, "scale", 3)), rtol=6e-5)
+            if frame == 1:  # later ones have the axes nearest to those before
+                np.testing.assert_allclose(turn, splat_raster.columns(ours, "rot", 4), atol=1e-6)
+                np.testing.assert_allclose(scale, np.exp(splat_raster.columns(ours, "scale", 3)), rtol=6e-5)
+            spread = covariances(splat_raster.columns(ours, "rot", 4), np.exp(splat_raster.columns(ours, "scale", 3)))
+            np.testing.assert_allclose(covariances(turn, scale), spread, atol=2e-4 * abs(spread).max())
             color = arrays["float3[] radiance:sphericalHarmonicsCoefficients", frame].reshape(count, 16, 3)
             np.testing.assert_allclose(color[:, 0], splat_raster.columns(ours, "f_dc", 3), rtol=1e-3, atol=1e-4)
             rest = splat_raster.columns(ours, "f_rest", 45).reshape(count, 3, 15).transpose(0, 2, 1)
@@ -98,9 +108,9 @@ class Export(TestInFolder):
             self.assertTrue((low < place.min(0)).all() and (high > place.max(0)).all())
         np.testing.assert_allclose(arrays["float[] opacities", None], 1 / (1 + np.exp(-ours["opacity"])), rtol=1e-4)
 
-    def own(self, frame):
+    def own(self, frame, folder=None):
         """The program's own frame over black, as programs for Gaussians show it, and where it is opaque."""
-        picture = pixels_of(self.frames / f"frame.{frame:02}.png")
+        picture = pixels_of((folder or self.frames) / f"frame.{frame:02}.png")
         return picture[:, :, :3] * picture[:, :, 3:], picture[:, :, 3] > 0.5
 
     def place(self, frame):
@@ -112,9 +122,9 @@ class Export(TestInFolder):
         turn = np.array([right, np.cross(forward, right), forward])
         return turn, -turn @ eye, SIZE[1] / 2 / math.tan(math.radians(16))
 
-    def drawn(self, frame):
+    def drawn(self, frame, folder=None):
         turn, shift, focal = self.place(frame)
-        gaussians = splat_raster.read_ply(self.sequence / f"vase.{frame:02}.ply")
+        gaussians = splat_raster.read_ply((folder or self.sequence) / f"vase.{frame:02}.ply")
         return splat_raster.draw(gaussians, turn, shift, focal, (SIZE[0] / 2, SIZE[1] / 2), SIZE)
 
     def test_drawn_plainly_they_look_like_the_programs_own_frames(self):
@@ -123,6 +133,69 @@ class Export(TestInFolder):
             picture = self.drawn(frame)
             self.assertGreater(decibels(picture[:, :, :3], wanted, inside | (picture[:, :, 3] > 0.5)), least)
             self.assertGreater(picture[inside][:, 3].mean(), 0.998)
+
+    def test_the_scripts_exposure_is_in_the_colours_of_each_frame(self):
+        script, folder = self.folder / "exposed.toml", self.folder / "exposed"
+        # Two stops below what the others have, then rising.
+        automatic = -math.log2(self.report["exposure"][0])
+        track = [[1, -automatic - 2], [3, -automatic]]
+        script.write_text(SHOT.replace("[camera]\n", f"[camera]\nexposure = {track}\n"))
+        report = succeed("export", script, "-o", folder / "vase.##.ply")
+        succeed("render", script, "-o", folder)
+        np.testing.assert_allclose(report["exposure"], [2 ** (-automatic - stops) for stops in (2, 1, 0)], rtol=1e-9)
+        self.assertEqual(report["frames"], [1, 2, 3])
+        for frame, least in ((1, 23), (2, 25.5), (3, 25.5)):
+            wanted, inside = self.own(frame, folder)
+            picture = self.drawn(frame, folder)
+            got = decibels(picture[:, :, :3], wanted, inside | (picture[:, :, 3] > 0.5))
+            print(f"exposed frame {frame}: {got:.1f} dB")
+            self.assertGreater(got, least)
+
+    def test_names_end_no_line_and_no_string(self):
+        script = self.folder / 'a"""\n\\b.toml'
+        script.write_text(SHOT)
+        for name in ("named.ply", "named.usda"):
+            succeed("export", script, "-o", self.folder / name, "--frames", "1", "--surfels", "500", "--sh", "0")
+            foreign(self.folder / name, self.folder / "named.floats")
+            self.assertIn(b", a_____b.toml", (self.folder / name).read_bytes()[:400])
+        succeed("export", f"{self.model}/", "-o", self.folder / "named.ply", "--surfels", "500", "--sh", "0")
+        self.assertIn(f", {self.model.name}\n".encode(), (self.folder / "named.ply").read_bytes()[:400])
+
+    def test_what_pictures_alone_have_is_said(self):
+        script = self.folder / "pictures.toml"
+        script.write_text(SHOT.replace("[camera]\n", "[camera]\nshutter_deg = 180\naperture = 0.1\n").replace(
+            "[output]\n", '[output]\ntone = "filmic"\nbackground = [1, 1, 1]\n') + "\n[ground]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n")
+        result = run("export", script, "-o", self.folder / "pictures.ply", "--surfels", "500", "--sh", "0")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("[ground], shutter_deg, aperture, tone, background are for pictures, and not in the export", result.stderr)
+        result = run("export", self.script, "-o", self.folder / "pictures.ply", "--surfels", "500", "--sh", "0")
+        self.assertNotIn("for pictures", result.stderr)
+
+    def test_a_mistake_in_the_script_is_told_before_the_model_is_opened(self):
+        script = self.folder / "mistake.toml"
+        script.write_text(SHOT.replace("[camera]\n", "[camera]\nexposre = 1\n"))
+        damaged = self.folder / "damaged.srf"
+        damaged.mkdir()
+        (damaged / "manifest.json").write_bytes((self.model / "manifest.json").read_bytes())
+        result = run("export", script, "-o", self.folder / "mistake.ply", "--model", damaged)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("did you mean exposure?", result.stderr)
+
+    def test_a_warp_that_begins_collapsed_grows_in_openusd(self):
+        script, path = self.folder / "grows.toml", self.folder / "grows.usda"
+        script.write_text(SHOT + '\n[[warp]]\ntype = "scale"\nfactor = ["(frame-1)/2", "(frame-1)/2", "(frame-1)/2"]\n')
+        succeed("export", script, "-o", path, "--surfels", "500", "--sh", "0")
+        arrays, _ = foreign(path, self.folder / "grows.floats")
+        self.assertEqual(abs(arrays["float3[] scales", 1]).max(), 0)
+        self.assertGreater(arrays["float3[] scales", 3].min(), 0)
+        self.assertGreater(arrays["float[] opacities", None].min(), 0.5)
+        script.write_text(SHOT + '\n[[warp]]\ntype = "scale"\nfactor = [0, 0, 0]\n')
+        before = content(self.folder)
+        for name in ("gone.usda", "gone.ply"):
+            result = run("export", script, "-o", self.folder / name)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("no surfel has a place and an area", result.stderr)
+        self.assert_same_files(content(self.folder), before)
 
     def test_a_webgl_viewer_draws_what_the_equations_say(self):
         turn, shift, focal = self.place(2)

@@ -159,23 +159,31 @@ class FrameOutputs(TestInFolder):
     # Attributes.
 
     def test_world_to_ndc_projects_each_position_onto_its_own_pixel(self):
-        worst, seen = 0, 0
+        offsets = []
         for frame in (1, 2, 3):
             path = self.folder / "film" / f"frame.{frame:02}.exr"
-            kind, matrix = read_header(path)[0]["worldToNDC"]
-            self.assertEqual(kind, "m44f")
-            m = struct.unpack("<16f", matrix)
-            width, height, layers = read_exr(path)
-            for i, alpha in enumerate(layers["A"]):
+            self.assertEqual(read_header(path)[0]["worldToNDC"][0], "m44f")
+            # OpenImageIO reads matrix and positions.
+            shown = subprocess.run(["oiiotool", "--info", "-v", path], capture_output=True, text=True, check=True).stdout
+            found = re.search(r"worldtoNDC: ([-\d.e+, ]+)", shown, re.I)
+            m = [float(x) for x in re.findall(r"[-\d.e+]+", found[1])]
+            self.assertEqual(len(m), 16)
+            places = self.folder / "places.exr"
+            subprocess.run(["oiiotool", path, "--ch", "A,position.X,position.Y,position.Z", "-o", places], check=True)
+            samples = subprocess.run(["oiiotool", "--info", "-v", "--dumpdata", places], capture_output=True, text=True, check=True).stdout
+            width, height = 120, 90
+            for i, j, values in re.findall(r"Pixel \((\d+), (\d+)\): ([-\d.e+ ]+)", samples):
+                alpha, *p = map(float, values.split())
                 if alpha < 1:
                     continue
-                p = [layers[f"position.{axis}"][i] / alpha for axis in "XYZ"] + [1]
-                x, y, _, w = (sum(p[row] * m[4 * row + column] for row in range(4)) for column in range(4))
-                worst = max(worst, abs(x / w * width - (i % width + 0.5)), abs(y / w * height - (i // width + 0.5)))
-                seen += 1
-        print(f"worldToNDC: {seen} pixels, at most {worst:.4f} pixels off")
-        self.assertGreater(seen, 3000)
+                x, y, _, w = (sum((p + [1])[row] * m[4 * row + column] for row in range(4)) for column in range(4))
+                offsets.append((x / w * width - int(i) - 0.5, y / w * height - int(j) - 0.5))
+        worst = max(abs(x) for offset in offsets for x in offset)
+        means = [sum(offset) / len(offsets) for offset in zip(*offsets)]
+        print(f"worldToNDC: {len(offsets)} pixels, at most {worst:.4f} pixels off, in the mean {means[0]:.4f} and {means[1]:.4f}")
+        self.assertGreater(len(offsets), 3000)
         self.assertLess(worst, 1)
+        self.assertLess(max(map(abs, means)), 0.02)
 
     def test_world_to_camera_gives_each_position_its_depth(self):
         path = self.folder / "film" / "frame.02.exr"
@@ -193,7 +201,8 @@ class FrameOutputs(TestInFolder):
         info = subprocess.run(["oiiotool", "--info", "-v", self.folder / "owner" / "frame.02.exr"], capture_output=True,
                               text=True, check=True).stdout
         for line in (r"FramesPerSecond: 24000/1001 ", r"worldtocamera: -?\d", r"worldtoNDC: -?\d", r"(owner|Copyright): \"A Studio\"",
-                     r"Software: \"surflect \d", r"imageCounter: 2\b", r"screenWindowWidth: 0\.7646", r"chromaticities: 0\.64, 0\.33"):
+                     r"Software: \"surflect \d", r"imageCounter: 2\b", r"screenWindowWidth: 0\.7646", r"screenWindowCenter: 0, 0",
+                     r"PixelAspectRatio: 1\b", r"chromaticities: 0\.64, 0\.33"):
             self.assertRegex(info, re.compile(line, re.I))
         self.assertNotIn("owner", read_header(self.folder / "film" / "frame.02.exr")[0])
 

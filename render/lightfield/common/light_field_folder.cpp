@@ -92,15 +92,12 @@ void describeMesh(Archive& archive, TriangleMesh& mesh) {
 }
 
 void requireDisk(const std::filesystem::path& folder, double bytes, const std::string& what) {
-  std::error_code failure; // reported when writing
-  std::filesystem::path there = std::filesystem::absolute(folder, failure);
-  double available = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(there, failure))
+  const std::optional<uint64_t> free = freeBytes(folder);
+  if (!free) return;       // reported when writing
+  std::error_code failure; // likewise
+  auto available = static_cast<double>(*free);
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failure))
     if (entry.is_regular_file(failure)) available += static_cast<double>(entry.file_size(failure));
-  while (there.has_relative_path() && !std::filesystem::exists(there, failure)) there = there.parent_path();
-  const std::filesystem::space_info disk = std::filesystem::space(there, failure);
-  if (failure) return;
-  available += static_cast<double>(disk.available);
   if (bytes <= available) return;
   constexpr double kGibibyte = 1 << 30;
   throw Error(fmt::format("needs {:.1f} GiB on disk for {}, but {:.1f} GiB are free at {}", bytes / kGibibyte,

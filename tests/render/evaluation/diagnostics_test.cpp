@@ -2,11 +2,14 @@
 
 #include "tests/srf/image/files.h"
 #include "tests/warp/meshes.h"
+#include "tests/warp/point_caches.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace surflect::evaluation {
@@ -65,6 +68,34 @@ TEST_F(Unreached, AMeshAroundTheSurfelsIsRight) {
   EXPECT_EQ(of(""), std::nullopt);
   EXPECT_EQ(of("", scale("100")), std::nullopt); // what comes after it does not matter
   EXPECT_EQ(of(scale("100") + scale("0.01")), std::nullopt);
+}
+
+// Caches in an object's own coordinates are the rest mesh turned, scaled and moved back.
+TEST_F(Unreached, ACacheThatBeginsWithTheMeshInAnotherPlaceIsTold) {
+  const auto told = [&](double degrees, double scale, const Vec3<double>& shift, double bend) {
+    const Mat3<double> turn =
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vec3<double>(1, 2, 3).normalized())
+            .toRotationMatrix();
+    std::vector<Vec3<double>> first;
+    for (const auto& p : warp::torus(24, 12).positions) {
+      const Vec3<double> x = p.raw().cast<double>();
+      first.emplace_back(scale * (turn * x) + shift + Vec3<double>(0, bend * x[0] * x[0], 0));
+    }
+    image::writeBytes(folder / "a.pc2", warp::pc2Bytes(0, 1, {first}));
+    const scene::Script script = scene::parseScript(
+        "[[warp]]\ntype = \"mesh\"\nrest = \"cage.obj\"\ncache = \"a.pc2\"\n", folder / "film.toml");
+    return misplacedRestMesh(script, scene::shotTime(script, 1), object).value_or("nothing");
+  };
+  EXPECT_EQ(told(0, 1, {0, 0, 0}, 0), "nothing");
+  EXPECT_EQ(told(0, 1, {0, 0, 0}, 0.1), "nothing"); // a pose
+  EXPECT_EQ(told(30, 0.5, {1, 0, 0}, 0.1), "nothing");
+  const std::string line = told(30, 0.5, {1, 0, 0}, 0);
+  EXPECT_NE(
+      line.find("film.toml: warp[0]: its cache begins with the rest mesh turned by 30.0 degrees, scaled "
+                "by 0.5, moved by 1"),
+      std::string::npos)
+      << line;
+  EXPECT_NE(told(0, 1, {0, 2, 0}, 0).find("rest mesh moved by 2:"), std::string::npos);
 }
 
 TEST_F(Unreached, OneInOtherUnitsIsTold) {

@@ -133,5 +133,37 @@ TEST(StandardAttributes, RoundedRatesAreThoseOfVideo) {
   }
 }
 
+// The screen window of OpenEXR [ImfHeader.h; TechnicalIntroduction, "Perspective"]: at depth 1 it is `width`
+// wide around `center`, y up, and as high as its pixels make it.
+TEST(StandardAttributes, TheScreenWindowProjectsAsTheCameraDoes) {
+  std::mt19937 random(4);
+  const image::TemporaryFolder folder;
+  scene::Script script;
+  script.frames = scene::Frames{1, 9, 24};
+  script.output = scene::Output{.width = 640, .height = 480};
+  double largest = 0; // pixels
+  for (int i = 0; i < 20; ++i) {
+    const Camera camera = randomCamera(random, capture::Lens::Model::pinhole);
+    const image::Image picture(640, 480, 1);
+    const image::ExrLayer layer{{"Y"}, &picture};
+    image::writeExr(folder / "a.exr", std::span(&layer, 1), standardAttributes(camera, script, 1));
+    const Imf::InputFile file((folder / "a.exr").c_str());
+    const Imf::Header& header = file.header();
+    const double width = header.screenWindowWidth();
+    const double height = width / header.pixelAspectRatio() * 480 / 640;
+    for (int k = 0; k < 20; ++k) {
+      const auto point = randomPoint(random, camera);
+      const capture::Pixel pixel = camera.project(point).value();
+      const auto seen = camera.cameraFromWorld(point);
+      const double x = seen.x() / -seen.z() - header.screenWindowCenter().x;
+      const double y = seen.y() / -seen.z() - header.screenWindowCenter().y;
+      largest = std::max({largest, std::abs((0.5 + x / width) * 640 - pixel.x),
+                          std::abs((0.5 - y / height) * 480 - pixel.y)});
+    }
+  }
+  RecordProperty("largest_pixels", std::to_string(largest));
+  EXPECT_LT(largest, 2e-4);
+}
+
 } // namespace
 } // namespace surflect::film

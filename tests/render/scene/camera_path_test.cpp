@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <array>
+
 namespace surflect::scene {
 namespace {
 
@@ -46,6 +48,66 @@ protected:
   image::TemporaryFolder folder;
   Pose pose{Mat3<double>::Identity(), {1, 2, 3}};
 };
+
+// A path by examples/blender/surflect_export.py from Blender 3.4, of a turning and zooming camera with lens
+// shifts and a scaled object. Pixels are by Blender's own world_to_camera_view, in single precision.
+TEST_F(CameraPathTest, ProjectsAsBlenderDoes) {
+  const CameraPath path = read(R"({"w": 64, "h": 48, "frames": [
+          {"frame": 1, "fl_x": 71.11111111111111, "fl_y": 71.11111111111111, "cx": 28.799999952316284, "cy": 17.59999990463257, "transform_matrix": [
+            [0.618504524230957, -0.30000796914100647, 0.7262557744979858, 4.0],
+            [0.7794135808944702, 0.3516542315483093, -0.518511176109314, -3.0],
+            [-0.09983343631029129, 0.8867550492286682, 0.4513299763202667, 2.0],
+            [0.0, 0.0, 0.0, 1.0]]},
+          {"frame": 2, "fl_x": 88.88888888888889, "fl_y": 88.88888888888889, "cx": 28.799999952316284, "cy": 17.59999990463257, "transform_matrix": [
+            [0.7316888570785522, -0.33916375041007996, 0.591269314289093, 3.5],
+            [0.6816388368606567, 0.36406707763671875, -0.6346839666366577, -3.5],
+            [7.514464073210547e-08, 0.8674232959747314, 0.4975709617137909, 2.25],
+            [0.0, 0.0, 0.0, 1.0]]},
+          {"frame": 3, "fl_x": 106.66666666666667, "fl_y": 106.66666666666667, "cx": 28.799999952316284, "cy": 17.59999990463257, "transform_matrix": [
+            [0.8212123513221741, -0.37441152334213257, 0.4306114912033081, 3.0],
+            [0.5618216395378113, 0.3984968364238739, -0.7249529361724854, -4.0],
+            [0.09983338415622711, 0.8372671604156494, 0.5376030206680298, 2.5],
+            [0.0, 0.0, 0.0, 1.0]]}]})");
+  struct Seen {
+    double frame;
+    Vec3<double> point;
+    double x, y;
+  };
+  const std::array<Seen, 6> all{{{1, {0, 0, 0}, 29.64710807800293, 11.215973854064941},
+                                 {1, {0.5, -0.7, 0.3}, 25.602840423583984, 12.04995059967041},
+                                 {2, {0, 0, 0}, 25.921979904174805, 9.227502822875977},
+                                 {2, {0.5, -0.7, 0.3}, 23.167688369750977, 10.809176445007324},
+                                 {3, {0, 0, 0}, 19.82190704345703, 5.5750837326049805},
+                                 {3, {0.5, -0.7, 0.3}, 19.19979476928711, 8.219298362731934}}};
+  for (const Seen& seen : all) {
+    const auto pixel = path.at(seen.frame).project(assume<Point3<ObjectSpace, double>>(seen.point));
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x, seen.x, 2e-5);
+    EXPECT_NEAR(pixel->y, seen.y, 2e-5);
+  }
+}
+
+TEST_F(CameraPathTest, ALensMayDistortAndItsDistortionMovesBetweenKeys) {
+  const CameraPath path = read(R"({"w": 64, "h": 48, "fl_x": 100, "k1": 0.1, "p2": 0.02, "frames": [)" +
+                               key(1) + "," + key(3, R"(, "k1": 0.3, "k3": -0.5)") + "]}");
+  EXPECT_EQ(path.at(1).lens.k1, 0.1);
+  EXPECT_EQ(path.at(3).lens.k1, 0.3);
+  EXPECT_NEAR(path.at(2).lens.k1, 0.2, 1e-15);
+  EXPECT_EQ(path.at(2).lens.k3, -0.25);
+  EXPECT_NEAR(path.at(2.5).lens.p2, 0.02, 1e-15);
+}
+
+TEST_F(CameraPathTest, AnOrthographicCameraKeepsItsModel) {
+  const std::string start = R"({"w": 64, "h": 48, "camera_model": "orthographic", "frames": [)";
+  const CameraPath path =
+      read(start + key(1, R"(, "ortho_height": 2)") + "," + key(3, R"(, "ortho_height": 4)") + "]}");
+  EXPECT_EQ(path.at(2).lens.model, capture::Lens::Model::orthographic);
+  EXPECT_EQ(path.at(1).lens.focalY, 24);
+  EXPECT_EQ(path.at(3).lens.focalY, 12);
+  EXPECT_EQ(complaint(start + key(1, R"(, "ortho_height": 2)") + "," +
+                      key(3, R"(, "camera_model": "pinhole", "fl_x": 100)") + "]}"),
+            "camera.json: frames[1].camera_model: found another, expected that of the first key");
+}
 
 TEST_F(CameraPathTest, KeysAreMetExactlyAndHeldOutside) {
   std::string frames;

@@ -5,6 +5,7 @@
 #include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
 #include "tests/support/text.h"
+#include "tests/warp/point_caches.h"
 
 #include <gtest/gtest.h>
 
@@ -180,8 +181,7 @@ TEST(Script, AFinishIsReadFromItsKeys) {
   EXPECT_EQ(std::get<std::filesystem::path>(outputOf("background = \"sky.JPG\"").finish.background),
             "shots/sky.JPG");
   EXPECT_EQ(outputOf("tone = \"filmic\"").finish.tone, Tone::filmic);
-  const Finish ocio =
-      outputOf("tone = \"ocio\"\nocio_display = \"sRGB\"\nocio_view = \"Film\"").finish;
+  const Finish ocio = outputOf("tone = \"ocio\"\nocio_display = \"sRGB\"\nocio_view = \"Film\"").finish;
   EXPECT_EQ(ocio.tone, Tone::ocio);
   EXPECT_EQ(ocio.ocioDisplay + ' ' + ocio.ocioView, "sRGB Film");
   EXPECT_EQ(outputOf("video = \"all/film.mov\"").video, "all/film.mov");
@@ -193,15 +193,17 @@ TEST(Script, WhatIsNoFinishIsToldWithWhatWasExpected) {
   };
   for (const char* const color : {"[0, 1]", "[0, 0, 2]", "[0, 0, \"a\"]", "1", "\"sky.txt\"", "\"\""})
     EXPECT_NE(told(std::string("background = ") + color), "no complaint") << color;
-  EXPECT_EQ(told("background = 1"),
-            "shots/shot.toml: output.background: found 1 on line 4, expected \"transparent\", a colour [red, green, "
-            "blue] of numbers in 0..1, or a picture's file");
-  EXPECT_EQ(told("tone = \"filmc\""), "shots/shot.toml: output.tone: found \"filmc\" on line 4, expected one of none, "
-                                      "filmic, ocio; did you mean filmic?");
-  EXPECT_EQ(told("ocio_view = \"Film\""),
-            "shots/shot.toml: output.ocio_view: found \"Film\" on line 4, expected no such key without tone = \"ocio\"");
+  EXPECT_EQ(told("background = 1"), "shots/shot.toml: output.background: found 1 on line 4, expected "
+                                    "\"transparent\", a colour [red, green, "
+                                    "blue] of numbers in 0..1, or a picture's file");
+  EXPECT_EQ(told("tone = \"filmc\""),
+            "shots/shot.toml: output.tone: found \"filmc\" on line 4, expected one of none, "
+            "filmic, ocio; did you mean filmic?");
+  EXPECT_EQ(told("ocio_view = \"Film\""), "shots/shot.toml: output.ocio_view: found \"Film\" on line 4, "
+                                          "expected no such key without tone = \"ocio\"");
   for (const char* const name : {"film.avi", "film", ".mp4", "../film.mp4", "/film.mov", "a/../../film.mov"})
-    EXPECT_NE(told("video = \"" + std::string(name) + '"').find("output.video: found"), std::string::npos) << name;
+    EXPECT_NE(told("video = \"" + std::string(name) + '"').find("output.video: found"), std::string::npos)
+        << name;
 }
 
 TEST(Script, AnExposureMayStandBesideACapturedCamera) {
@@ -383,6 +385,61 @@ TEST(Script, MeshesAndSkeletonsAreReadFromBesideTheScriptAndAreInItsHash) {
 
   write("rig.toml", "[[warp]]\ntype = \"skeleton\"\nfile = \"rig.glb\"\n");
   EXPECT_EQ(complaintOf([&] { readScript(folder / "rig.toml"); }).find((folder / "rig.glb").string()), 0u);
+}
+
+// Keys at frames 0 and 24 in both formats; an MDD counts the film's seconds, a PC2 its frames.
+TEST(Script, AMeshFromACacheMovesAsItsFilesDo) {
+  const image::TemporaryFolder folder;
+  const std::string faces = "f 1 2 3\nf 1 2 4\n";
+  const std::vector<Vec3<double>> rest{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+      bent{{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5}, {0, 1, 1}};
+  const auto obj = [&](const std::vector<Vec3<double>>& points) {
+    std::string text;
+    for (const auto& p : points)
+      text += "v " + numberText(p[0]) + " " + numberText(p[1]) + " " + numberText(p[2]) + "\n";
+    return text + faces;
+  };
+  image::writeBytes(folder / "rest.obj", obj(rest));
+  image::writeBytes(folder / "cage.0.obj", obj(rest));
+  image::writeBytes(folder / "cage.24.obj", obj(bent));
+  image::writeBytes(folder / "a.mdd", warp::mddBytes({0, 1}, {rest, bent}));
+  image::writeBytes(folder / "a.pc2", warp::pc2Bytes(0, 24, {rest, bent}));
+  const std::string head = "frames = { first = 1, last = 48, fps = 24 }\n[[warp]]\ntype = \"mesh\"\nrest = "
+                           "\"rest.obj\"\n";
+  const auto placed = [&](const std::string& keys, double frame) -> Vec3<double> {
+    const Script script = parseScript(head + keys, folder / "shot.toml");
+    return warpAt(script, shotTime(script, frame))->position({0.1, 0.2, 0.6});
+  };
+  const std::string files = "frames = \"cage.#.obj\"\n", mdd = "cache = \"a.mdd\"\n",
+                    pc2 = "cache = \"a.pc2\"\n";
+  ASSERT_GT((placed(files, 24) - placed(files, 1)).norm(), 0.1);
+  for (const double frame : {1.0, 7.0, 20.5, 30.0}) {
+    EXPECT_LT((placed(pc2, frame) - placed(files, frame)).norm(), 1e-6);
+    // The film's first frame is second 0.
+    EXPECT_LT((placed(mdd, frame) - placed(files + "frame = \"frame - 1\"\n", frame)).norm(), 1e-6);
+    EXPECT_LT((placed(mdd + "time = \"t/2\"\n", frame) - placed(files + "frame = \"(frame - 1)/2\"\n", frame))
+                  .norm(),
+              1e-6);
+    EXPECT_LT((placed(pc2 + "frame = \"frame/2\"\n", frame) - placed(files + "frame = \"frame/2\"\n", frame))
+                  .norm(),
+              1e-6);
+  }
+  const auto refusal = [&](const std::string& keys) {
+    const std::string line = complaintOf([&] { parseScript(head + keys, folder / "shot.toml"); });
+    return line.substr(std::min(line.size(), line.find("warp[0]")));
+  };
+  EXPECT_EQ(refusal(files + "time = \"t\"\n"),
+            "warp[0].time: found \"t\" on line 6, expected no such key without a cache in MDD");
+  EXPECT_EQ(refusal(pc2 + "time = \"t\"\n"),
+            "warp[0].time: found \"t\" on line 6, expected frame instead: a PC2 counts frames");
+  EXPECT_EQ(refusal(mdd + "frame = \"frame\"\n"),
+            "warp[0].frame: found \"frame\" on line 6, expected time instead: an MDD counts seconds");
+  EXPECT_NE(refusal(mdd + files).find("expected either frames or cache"), std::string::npos);
+  EXPECT_EQ(complaintOf([&] {
+              parseScript("coordinates = \"original\"\n" + head + mdd, folder / "shot.toml", {1, 2, 3});
+            }).substr((folder / "shot.toml").string().size()),
+            ": warp[0].cache: point caches are single precision, too coarse for original coordinates: use "
+            "frames");
 }
 
 // Moving all places of a script and its model's origin together changes nothing.
