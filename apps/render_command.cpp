@@ -17,7 +17,6 @@
 #include "surfel/base/memory.h"
 #include "surfel/base/text.h"
 #include "surfel/base/time.h"
-#include "surfel/base/version.h"
 #include "surfel/math/simd.h"
 
 #include <fmt/format.h>

@@ -22,10 +22,8 @@
 #include <array>
 #include <bit>
 #include <cassert>
-#include <cmath>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <utility>
 
 namespace surflect::image {
