@@ -34,7 +34,7 @@
           const list = checked(kept);
           this.earlier = checked({ annotations: kept.earlier });
           if (kept.published === this.publishedHash) this.list = list;
-          else if (this.putAside(list)) this.say("The folder has other annotations than when this browser kept its own.");
+          else if (this.putAside(hashOf(JSON.stringify(list)) === kept.published ? [] : list)) this.say("The folder has other annotations than when this browser kept its own.");
         }
       } catch { } // no storage, or of another program
       document.getElementById("save").onclick = () => this.save();
@@ -53,9 +53,10 @@
       this.show();
     }
 
-    // Adds a list to the earlier annotations, unless it is the published one. Returns whether there are any.
+    // Adds a list to the earlier annotations, and forgets them if all are published. Returns whether there are any.
     putAside(list) {
-      if (!same(list, this.published)) this.earlier = [...this.earlier.filter((a) => !list.some((b) => same(a, b))), ...list];
+      this.earlier = [...this.earlier.filter((a) => !list.some((b) => same(a, b))), ...list];
+      if (this.earlier.every((a) => this.published.some((b) => same(a, b)))) this.earlier = [];
       return this.earlier.length > 0;
     }
 
