@@ -1,13 +1,16 @@
 #include "apps/web/annotations.h"
 
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 #include "surfel/base/text.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 
 namespace surflect::web {
 
@@ -17,6 +20,7 @@ using nlohmann::json;
 
 constexpr size_t kMostAnnotations = 10000;
 constexpr double kFarthestPixel = 1 << 20;
+constexpr std::string_view kEarlierBegin = "annotations.", kEarlierEnd = ".json";
 constexpr std::array<std::string_view, 5> kKeys{"x", "y", "width", "height", "text"};
 
 void checkAnnotation(const json& note) {
@@ -51,6 +55,45 @@ void checkAnnotations(std::string_view text, const std::filesystem::path& file) 
     for (size_t i = 0; i < notes.size(); ++i)
       atField(fmt::format("annotations[{}]", i), [&] { checkAnnotation(notes[i]); });
   });
+}
+
+void writeAnnotations(std::string_view text, const std::filesystem::path& folder) {
+  const auto write = [&](const char* name, std::string_view content) {
+    std::ofstream file(folder / name, std::ios::binary);
+    file.write(content.data(), static_cast<std::streamsize>(content.size()));
+    if (!file.flush()) throw Error("cannot write").in(folder / name);
+  };
+  write(kAnnotationsFile, text);
+  write("annotations.js", fmt::format("surflect.annotations({});\n",
+                                      json::parse(text).dump(-1, ' ', true, json::error_handler_t::replace)));
+}
+
+bool areEarlierAnnotations(std::string_view name) {
+  if (name.size() <= kEarlierBegin.size() + kEarlierEnd.size() || !name.starts_with(kEarlierBegin) ||
+      !name.ends_with(kEarlierEnd))
+    return false;
+  name.remove_prefix(kEarlierBegin.size());
+  name.remove_suffix(kEarlierEnd.size());
+  return std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::string keepEarlierAnnotations(const std::filesystem::path& earlier, const std::filesystem::path& page,
+                                   std::string_view published) {
+  std::error_code none;
+  for (std::filesystem::directory_iterator entry(earlier, none), end; !none && entry != end;
+       entry.increment(none))
+    if (const std::string name = entry->path().filename().string(); areEarlierAnnotations(name))
+      copyFile(entry->path(), page / name, {});
+  const std::filesystem::path file = earlier / kAnnotationsFile;
+  if (!std::filesystem::exists(file, none)) return {};
+  if (const std::string text = readFile(file, kLargestText); text == published || text == noAnnotations())
+    return {};
+  for (int copy = 1;; ++copy) {
+    std::string name = fmt::format("{}{}{}", kEarlierBegin, copy, kEarlierEnd);
+    if (std::filesystem::exists(page / name, none)) continue;
+    copyFile(file, page / name, {});
+    return name;
+  }
 }
 
 } // namespace surflect::web

@@ -34,8 +34,9 @@ using planes::Planes;
 constexpr size_t kSampleNumbers = size_t{1} << 25; // floats of all samples together
 constexpr size_t kMostSamples = 100'000;
 constexpr size_t kLightsLeftOut = 12;
+constexpr const char* kPtmFile = "object.ptm";
 constexpr double kBelowWhite = 0.999, kBelowEvaluatedWhite = 0.995;
-constexpr size_t kMostNormalPixels = 6'000'000; // finer levels repeat their normals
+constexpr size_t kMostNormalPixels = 7'000'000; // a quarter of 24 megapixels fits; finer levels repeat theirs
 
 void writeText(const fs::path& path, std::string_view text) {
   std::ofstream file(path, std::ios::binary);
@@ -159,12 +160,12 @@ Json dataOf(const planes::Stack& stack, const planes::Basis& basis,
       for (Eigen::Index k = 0; k < basis.planes(); ++k)
         table(l, 3 * (k + 1) + c) = static_cast<double>(basis.vectors(3 * l + c, k));
     }
-  Json data = {
-      {"title", options.title}, {"width", stack.width()}, {"height", stack.height()}, {"tile", kTile}};
+  Json data = {{"width", stack.width()}, {"height", stack.height()}, {"tile", kTile}};
   data["levels"] = report.levels;
   data["planes"] = report.planes;
   data["normals"] = report.hasNormals;
   data["toe"] = planes::kToe;
+  data["white"] = report.white;
   Json& limits = data["ranges"] = Json::array();
   for (const planes::PlaneRange& range : ranges) limits.push_back({range.least, range.most});
   Json& captured = data["lights"] = Json::array();
@@ -177,14 +178,54 @@ Json dataOf(const planes::Stack& stack, const planes::Basis& basis,
   return data;
 }
 
+// Hash of what was captured, whatever the page's title, scale and planes: photographs and their lights.
+uint64_t objectHash(const planes::Stack& stack, const planes::Samples& samples) {
+  std::string all = fmt::format("{} {}", stack.width(), stack.height());
+  for (const std::string& light : stack.lights) all += '\n' + light;
+  all.append(reinterpret_cast<const char*>(samples.linear.data()),
+             static_cast<size_t>(samples.linear.size()) * sizeof(float));
+  return contentHash(all);
+}
+
 } // namespace
 
-PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, const PageOptions& options,
+bool isOfRelitPage(std::string_view name) {
+  static constexpr std::string_view kWritten[] = {"tiles",   "data.js",        kPtmFile,
+                                                  kMarkFile, kAnnotationsFile, "annotations.js"};
+  return std::ranges::find(kWritten, name) != std::end(kWritten) ||
+         std::ranges::find(kPage, name, &PageFile::name) != std::end(kPage) || areEarlierAnnotations(name);
+}
+
+EarlierPage earlierPage(const fs::path& folder) {
+  EarlierPage page;
+  const fs::path file = folder / kMarkFile;
+  std::error_code none;
+  if (!fs::is_regular_file(file, none)) return page;
+  const Json mark = Json::parse(readFile(file, kLargestText), nullptr, false);
+  if (!mark.is_object()) return page;
+  if (const auto title = mark.find("title"); title != mark.end() && title->is_string())
+    page.title = title->get<std::string>();
+  if (const auto object = mark.find("object"); object != mark.end() && object->is_string())
+    page.object = object->get<std::string>();
+  if (const auto scale = mark.find("pixels_per_mm"); scale != mark.end() && scale->is_number())
+    if (const auto value = scale->get<double>(); value >= kLeastScale && value <= kGreatestScale)
+      page.pixelsPerMm = value;
+  return page;
+}
+
+PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, const PageOptions& given,
                           const Progress& progress) {
+  PageOptions options = given;
   PageReport report;
   const size_t rows = 3 * stack.size();
   const planes::Samples samples =
       planes::sample(stack, std::min(kMostSamples, kSampleNumbers / rows), progress);
+  const std::string object = hex(objectHash(stack, samples));
+  if (object == options.earlier.object) {
+    if (options.title.empty()) options.title = options.earlier.title;
+    if (!options.pixelsPerMm) options.pixelsPerMm = options.earlier.pixelsPerMm;
+  }
+  if (options.title.empty()) options.title = options.name;
   const float white = planes::whiteOf(samples, kBelowWhite),
               evaluatedWhite = planes::whiteOf(samples, kBelowEvaluatedWhite);
   report.white = white;
@@ -256,23 +297,24 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
   const auto count = static_cast<double>(std::max<size_t>(sum.count, 1));
   report.captured = {sum.linear / count, sum.srgb / count};
 
-  if (options.ptm) writeText(folder / "object.ptm", planes::lrgbPtm(stack, white, progress));
+  levels.clear();
+  levels.shrink_to_fit(); // a PTM takes as much
+  if (options.ptm) writeText(folder / kPtmFile, planes::lrgbPtm(stack, white, progress));
   for (const PageFile& file : kPage) {
     std::string text(file.text);
-    if (const size_t at = text.find("TITLE"); file.name == "index.html" && at != text.npos)
-      text.replace(at, 5, escaped(options.title));
+    const std::string title = escaped(options.title);
+    for (size_t at = 0; file.name == "index.html" && (at = text.find("TITLE", at)) != text.npos;
+         at += title.size())
+      text.replace(at, 5, title);
     writeText(folder / file.name, text);
   }
   Json data = dataOf(stack, basis, ranges, options, report);
-  data["identity"] = hex(contentHash(data.dump()));
+  data["object"] = object;
   writeText(folder / "data.js", scriptOf("data", data.dump(-1, ' ', true, Json::error_handler_t::replace)));
-  writeText(folder / kAnnotationsFile, options.annotations);
-  writeText(folder / "annotations.js",
-            scriptOf("annotations",
-                     Json::parse(options.annotations).dump(-1, ' ', true, Json::error_handler_t::replace)));
-  writeText(folder / kMarkFile,
-            fmt::format("{{ \"surflect_page\": \"relit view\", \"version\": \"{}\" }}\n", kVersion));
-  report.bytes = bytesIn(folder);
+  Json mark = {
+      {"surflect_page", "relit view"}, {"version", kVersion}, {"object", object}, {"title", options.title}};
+  if (options.pixelsPerMm) mark["pixels_per_mm"] = *options.pixelsPerMm;
+  writeText(folder / kMarkFile, mark.dump(2, ' ', true, Json::error_handler_t::replace) + "\n");
   return report;
 }
 

@@ -175,10 +175,17 @@ void removeAbandonedOf(const fs::path& target) {
 
 } // namespace
 
-OutputFolder::OutputFolder(fs::path target, const fs::path& mark) : target_(std::move(target)) {
+OutputFolder::OutputFolder(fs::path target, EarlierOutput earlier)
+    : target_(std::move(target)), earlier_(std::move(earlier)) {
   if (!target_.has_filename()) target_ = target_.parent_path(); // "capture/"
   std::error_code problem;
-  replaces_ = !mark.empty() && fs::is_regular_file(target_ / mark, problem);
+  if (fs::is_symlink(target_, problem)) { // renaming would replace the link
+    const fs::path real = fs::canonical(target_, problem);
+    if (problem) throw Error::mismatch("a folder", "a link to nothing").in(target_);
+    target_ = real;
+  }
+  replaces_ = !earlier_.mark.empty() && fs::is_regular_file(target_ / earlier_.mark, problem);
+  if (replaces_) requireWritten();
   if (fs::exists(target_, problem) && !replaces_ &&
       !(fs::is_directory(target_, problem) && fs::is_empty(target_, problem)))
     throw Error::mismatch("a new folder, or an empty one", "something there already").in(target_);
@@ -209,7 +216,18 @@ OutputFolder::~OutputFolder() {
   ::close(descriptor_);
 }
 
+void OutputFolder::requireWritten() const {
+  std::error_code failure;
+  for (fs::directory_iterator entry(target_, failure), end; !failure && entry != end;
+       entry.increment(failure))
+    if (const fs::path name = entry->path().filename(); !earlier_.isWritten(name.string()))
+      throw Error("is not of the earlier output, which is replaced whole: move it out of the folder")
+          .in(target_ / name);
+  if (failure) throw Error("cannot read (" + failure.message() + ")").in(target_);
+}
+
 void OutputFolder::commit() {
+  if (replaces_) requireWritten(); // hours may have passed
   const char* const from = temporary_.c_str();
   const char* const to = target_.c_str();
   if ((replaces_ ? ::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_EXCHANGE) : ::rename(from, to)) != 0)

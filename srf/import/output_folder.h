@@ -7,9 +7,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace surflect::importers {
@@ -57,13 +59,20 @@ void divideByAlpha(capture::Capture& capture, Copies& copies, const Progress& pr
 // Copies all files, and changes the capture's paths to those of the copies.
 void copyFiles(capture::Capture& capture, Copies& copies, const Progress& progress);
 
+// Earlier output that a new one may replace: a folder that holds the file `mark`, and at its top only names
+// that `isWritten` knows.
+struct EarlierOutput {
+  std::filesystem::path mark; // none: nothing is replaced
+  std::function<bool(std::string_view name)> isWritten;
+};
+
 // Filled beside the target, in a folder TARGET.tmp.XXXXXX, and renamed by commit(); otherwise removed by the
 // destructor. First removes what a killed process has left for the same target. The target must not exist, be
-// an empty folder, or hold the file `mark`, by which a folder of the same kind is known: that one is replaced
-// whole. Throws Error.
+// an empty folder, or earlier output, which is replaced whole. A target that is a link is what it leads to.
+// Throws Error, commit() too.
 class OutputFolder {
 public:
-  explicit OutputFolder(std::filesystem::path target, const std::filesystem::path& mark = {});
+  explicit OutputFolder(std::filesystem::path target, EarlierOutput earlier = {});
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
@@ -72,7 +81,11 @@ public:
   void commit();
 
 private:
+  // Throws Error naming what the earlier output did not write.
+  void requireWritten() const;
+
   std::filesystem::path target_, temporary_;
+  EarlierOutput earlier_;
   int descriptor_ = -1;   // of the temporary folder; locked during the object's lifetime
   bool replaces_ = false; // the target holds the mark
   bool committed_ = false;

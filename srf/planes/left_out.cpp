@@ -1,8 +1,8 @@
 #include "srf/planes/left_out.h"
 
 #include "srf/image/color.h"
+#include "srf/planes/light_choice.h"
 #include "srf/planes/light_interpolation.h"
-#include "surfel/base/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ std::vector<LeftOutLight> leaveLightsOut(const Stack& stack, const Samples& samp
   const Eigen::MatrixXf values = encodedSamples(samples, white);
   const Moments moments = momentsOf(values);
   std::vector<LeftOutLight> results;
-  const std::vector<size_t> chosen = evenlySpaced(stack.size(), most);
+  const std::vector<size_t> chosen = withoutPeriod(stack.size(), most);
   for (const size_t leftOut : chosen) {
     progress("left-out lights", static_cast<double>(results.size()) / static_cast<double>(chosen.size()));
     const Eigen::VectorXi rows = rowsWithout(stack.size(), leftOut);

@@ -18,8 +18,8 @@ struct Errors {
 };
 
 // Predicts the photographs of a few lights, each from planes of all others; samples off the object do not
-// count. The planes are not compressed. One entry for each light left out, evenly spaced in the stack's
-// order, `most` of them.
+// count. The planes are not compressed. One entry for each light left out, at most `most`
+// of them, spread over the stack's order (withoutPeriod()): lights far apart would be those of the rim alone.
 struct LeftOutLight {
   size_t photograph = 0;
   Errors errors;

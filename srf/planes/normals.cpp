@@ -1,7 +1,7 @@
 #include "srf/planes/normals.h"
 
+#include "srf/planes/light_choice.h"
 #include "srf/proxy/relief/photometric.h"
-#include "surfel/base/text.h"
 
 #include <Eigen/SVD>
 #include <tbb/parallel_for.h>
@@ -28,7 +28,7 @@ bool tellNormals(std::span<const Vec3<double>> towardsLights) {
 
 Planes normalsOf(const Planes& planes, const Basis& basis, std::span<const Vec3<double>> towardsLights,
                  const Progress& progress) {
-  const std::vector<size_t> chosen = evenlySpaced(towardsLights.size(), kLightsForNormals);
+  const std::vector<size_t> chosen = farApart(towardsLights, kLightsForNormals);
   const auto count = static_cast<Eigen::Index>(chosen.size()), used = basis.planes();
   std::vector<Vec3<double>> lights;
   Eigen::MatrixXf vectors(3 * count, used);

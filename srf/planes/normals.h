@@ -10,8 +10,8 @@
 namespace surflect::planes {
 
 // Two planes: x to the right and y up of the unit normal that a robust Lambert fit finds (photometric.h), in
-// the camera's frame; both 0 where it finds none. The fit sees the photographs of at most twelve lights as
-// the planes show them, so one pixel costs the same whatever the number of lights.
+// the camera's frame; both 0 where it finds none. The fit sees the photographs of at most twelve lights,
+// far apart, as the planes show them, so one pixel costs the same whatever the number of lights.
 Planes normalsOf(const Planes& planes, const Basis& basis, std::span<const Vec3<double>> towardsLights,
                  const Progress& progress);
 

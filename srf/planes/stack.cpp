@@ -30,6 +30,9 @@ Stack stackOf(const capture::Capture& given) {
   capture::Capture& kept = stack.capture;
   if (kept.frames.empty())
     throw Error::mismatch("photographs to train with", "none").at("frames").in(given.file);
+  if (const size_t heldOut = given.frames.size() - kept.frames.size(); heldOut > 0)
+    stack.notes.push_back(fmt::format("left out: {} that the capture holds out for evaluation",
+                                      counted(heldOut, "photograph")));
   if (kept.views.size() != 1)
     throw Error::mismatch("one view: a page of a whole object is not made yet",
                           std::to_string(kept.views.size()))

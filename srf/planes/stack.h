@@ -22,11 +22,11 @@ inline constexpr size_t kMostPhotographs = 512;
 struct Stack {
   capture::Capture capture;        // its frames are those of the stack, in order
   std::vector<std::string> lights; // names
-  std::vector<Vec3<double>>
-      towardsLights; // unit, x right, y up, z to the camera; seen from the middle of the frontal plane
+  // Unit directions, x right, y up, z to the camera; seen from the middle of the frontal plane.
+  std::vector<Vec3<double>> towardsLights;
   std::vector<Rgb> irradiance;    // of each light there, facing it
   capture::Frame masked;          // the first frame with its mask, which shows where the object is
-  std::vector<std::string> notes; // lights that were left out, for the user
+  std::vector<std::string> notes; // what was left out, for the user
 
   size_t size() const { return capture.frames.size(); }
   int width() const { return capture.views.front().camera.lens.width; }

@@ -211,6 +211,7 @@ class Page(TestInFolder):
         self.picture("measure")
 
     def test_normals_and_highlights_are_shown(self):
+        self.lamp_at(0.5, 0.3)
         color = self.shown()
         self.press("[data-show=normals]")
         normals = 2 * self.shown() - 1
@@ -221,6 +222,9 @@ class Page(TestInFolder):
         self.press("[data-show=specular]")
         self.assertLess(decibels(self.shown(), color), 30)
         self.assertTrue(self.by("exponent").is_displayed())
+        # k_d L C + k_s (N.H)^n [Malzbender 2001]: with k_d = 1, k_s = 0 it is the relit picture, of which k_d takes its share.
+        self.js("Object.assign(surflect.app.state, { diffuse: 1 })")
+        self.assertLess(numpy.abs(self.shown() - color).max(), 2 / 255)
         self.picture("specular")
 
     def test_annotations_are_kept_by_browser_and_folder(self):
@@ -245,6 +249,69 @@ class Page(TestInFolder):
         self.open(site)
         self.assertEqual(self.js("return surflect.app.notes.text"), text)
         self.assertEqual(self.page.title, "second")
+
+    def test_published_annotations_are_shown_when_they_change_and_the_kept_ones_offered(self):
+        site = self.folder / "published"
+
+        def publish(*texts):
+            notes = self.folder / "notes.json"
+            notes.write_text(json.dumps({"annotations": [{"x": 3, "y": 4, "text": text} for text in texts]}))
+            succeed("web", CAT, "-o", site, "--planes", "1", "--title", " ".join(texts), "--annotations", notes)
+
+        def listed():
+            return self.js("return surflect.app.notes.list.map(({ text }) => text)")
+
+        def reload():
+            self.page.get((site / "index.html").as_uri())
+            self.rest()
+
+        publish("old")
+        self.open(site)
+        self.press("#add")
+        self.page.switch_to.active_element.send_keys("mine")
+        reload()
+        self.assertEqual(listed(), ["old", "mine"])
+        publish("new")
+        self.assertEqual([path.name for path in site.glob("annotations.*.json")], ["annotations.1.json"])
+        for _ in range(2):
+            reload()
+            self.assertEqual(listed(), ["new"])
+            self.assertIn("other annotations", self.by("said").text)
+        self.press("#earlier")
+        self.assertEqual(listed(), ["old", "mine"])
+        reload()
+        self.assertEqual(listed(), ["old", "mine"])
+        self.press("#reset")
+        self.assertEqual(listed(), ["new"])
+        self.assertTrue(self.by("earlier").is_displayed())
+        publish("old", "mine")
+        reload()
+        self.assertEqual(listed(), ["old", "mine"])
+
+    def test_annotations_belong_to_the_captured_object_and_not_to_the_page_of_its_path(self):
+        self.press("#add")
+        data = self.site / "data.js"
+        text = data.read_text()
+        try:
+            data.write_text(text.replace(argument_of(text)["object"], 16 * "0"))  # another object at the same place
+            self.page.refresh()
+            self.rest()
+            self.assertEqual(self.js("return surflect.app.notes.list"), [])
+        finally:
+            data.write_text(text)
+
+    def test_a_missing_tile_is_told(self):
+        site = self.folder / "torn"
+        shutil.copytree(self.site, site)
+        tile, other = sorted((site / "tiles/0").glob("*.js"))[:2]
+        tile.unlink()
+        other.write_text("// cut off\n")
+        self.open(site)
+        self.press("#one")
+        self.rest()
+        self.assertIn("A piece of the picture is missing: tiles/0/", self.by("problem").text)
+        self.assertEqual(len(self.js("return surflect.errors.splice(0)")), 2)
+        self.page.get_log("browser")
 
     def test_a_file_of_annotations_is_read_and_a_wrong_one_refused(self):
         good, bad = self.folder / "good.json", self.folder / "bad.json"
@@ -296,6 +363,19 @@ class Page(TestInFolder):
         touch("touchMove", (-60, 0), (60, 0))
         touch("touchEnd")
         self.assertAlmostEqual(self.js("return surflect.app.state.view.zoom") / zoom, 2, delta=0.1)
+        # Two fingers take back what the first has done: lamp and line stay.
+        lamp = self.js("return [surflect.app.state.x, surflect.app.state.y]")
+        self.js("surflect.app.state.line = [{ x: 1, y: 2 }, { x: 4, y: 6 }]")
+        for tool in ("lamp", "measure"):
+            self.press(f"[data-tool={tool}]")
+            touch("touchStart", (-30, 10))
+            touch("touchMove", (-40, 20))
+            touch("touchStart", (-40, 20), (30, 0))
+            touch("touchMove", (-30, 20), (20, 0))
+            touch("touchEnd")
+        self.assertEqual(self.js("return [surflect.app.state.x, surflect.app.state.y]"), lamp)
+        self.assertEqual(self.js("return surflect.app.state.line"), [{"x": 1, "y": 2}, {"x": 4, "y": 6}])
+        self.assertIn("5.0 pixels", self.by("length").text)
         self.page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
     def test_the_title_is_text(self):
@@ -340,6 +420,33 @@ class Command(TestInFolder):
         self.assertIn("expected a new folder, or an empty one", result.stderr)
         self.assertEqual(content(self.folder / "mine"), {"own.txt": b"own"})
         self.assertEqual([path.name for path in self.folder.iterdir() if ".tmp." in path.name], [])
+
+    def test_a_page_with_files_of_people_stays_as_it_is(self):
+        site = self.folder / "site"
+        succeed("web", CAT, "-o", site, "--planes", "1")
+        (site / "README").write_text("own")
+        before = content(site)
+        result = run("web", CAT, "-o", site, "--planes", "1")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("site/README: is not of the earlier output", result.stderr)
+        self.assertEqual(content(site), before)
+
+    def test_a_title_that_is_no_text_is_refused_at_once(self):
+        result = run("web", CAT, "-o", self.folder / "odd", "--title", os.fsdecode(b"c\xe4t"))
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("--title: found other bytes, expected UTF-8", result.stderr)
+
+    def test_title_and_scale_stay_over_an_export(self):
+        site = self.folder / "again"
+        succeed("web", CAT, "-o", site, "--planes", "1", "--title", "A <cat>", "--pixels-per-mm", "4")
+        succeed("web", CAT, "-o", site, "--planes", "1")
+        self.assertEqual(argument_of((site / "data.js").read_text())["pixelsPerMm"], 4)
+        self.assertIn("<title>A &lt;cat&gt;</title>", (site / "index.html").read_text())
+        mark = site / "surflect-page.json"
+        mark.write_text(json.dumps({**json.loads(mark.read_text()), "object": "another"}))
+        succeed("web", CAT, "-o", site, "--planes", "1")  # of another object, they do not
+        self.assertNotIn("pixelsPerMm", argument_of((site / "data.js").read_text()))
+        self.assertIn(f"<title>{CAT.name}</title>", (site / "index.html").read_text())
 
     def test_several_views_are_refused_by_name(self):
         result = run("web", VASE, "-o", self.folder / "vase")

@@ -36,9 +36,10 @@
         vec2 n = 2.0 * vec2(texture(normalX, at).r, texture(normalY, at).r) - 1.0;
         vec3 normal = normalize(vec3(n, sqrt(max(0.0, 1.0 - dot(n, n)))));
         if (show == 1) { color = vec4(0.5 + 0.5 * normal, 1); return; }
+        // [Malzbender 2001, §4.1]: k_d L C + k_s (N.H)^n; the relit picture holds the cosine.
         float highlight = pow(max(0.0, dot(normal, normalize(towards + vec3(0, 0, 1)))), exponent);
         float known = clamp(20.0 * dot(linear, vec3(0.2126, 0.7152, 0.0722)), 0.0, 1.0); // normals of black pixels are noise
-        linear = diffuse * linear * max(0.0, dot(normal, towards)) + (1.0 - diffuse) * known * highlight;
+        linear = diffuse * linear + (1.0 - diffuse) * known * highlight;
       }` : ""}
       color = vec4(srgb(gain * linear), 1);
     }`;

@@ -6,17 +6,12 @@
   const canvas = by("canvas"), stage = by("stage"), disc = by("disc"), svg = by("overlay");
   const radians = Math.PI / 180, clamp = (x, least, most) => Math.min(most, Math.max(least, x));
 
-  by("title").textContent = page.title;
   const gl = canvas.getContext("webgl2", { alpha: true, antialias: false, preserveDrawingBuffer: true });
   if (!gl) {
-    by("problem").textContent = "This browser draws no WebGL 2, which the picture needs.";
-    by("problem").hidden = false;
+    surflect.fail("This browser draws no WebGL 2, which the picture needs.");
     return;
   }
-  canvas.addEventListener("webglcontextlost", () => {
-    by("problem").textContent = "The browser took the graphics away: load the page again.";
-    by("problem").hidden = false;
-  });
+  canvas.addEventListener("webglcontextlost", () => surflect.fail("The browser took the graphics away: load the page again."));
 
   // view: the point of the full picture in the middle of the canvas, and pixels of the canvas a pixel of the picture.
   const state = { x: 0, y: 0, stops: 0, show: 0, exponent: 60, diffuse: 0.4, tool: "lamp", line: null, box: null,
@@ -155,7 +150,7 @@
     const box = disc.getBoundingClientRect(), half = box.width / 2.16;
     setLamp((event.clientX - box.left - box.width / 2) / half, -(event.clientY - box.top - box.height / 2) / half);
   };
-  disc.addEventListener("pointerdown", (event) => { disc.setPointerCapture(event.pointerId); onDisc(event); });
+  disc.addEventListener("pointerdown", (event) => { if (event.button) return; disc.setPointerCapture(event.pointerId); onDisc(event); });
   disc.addEventListener("pointermove", (event) => { if (disc.hasPointerCapture(event.pointerId)) onDisc(event); });
   disc.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
@@ -188,12 +183,23 @@
     setLamp((event.clientX - box.left - box.width / 2) / half, -(event.clientY - box.top - box.height / 2) / half);
   }
 
+  // Takes back what the first finger of two has done.
+  function takeBack() {
+    if (!begun) return;
+    state.box = null;
+    if (state.tool === "lamp") setLamp(begun.lamp.x, begun.lamp.y);
+    if (state.tool === "measure") { state.line = begun.line; tellLength(); }
+    begun = null;
+    redraw();
+  }
+
   canvas.addEventListener("pointerdown", (event) => {
+    if (event.button) return; // the main one alone
     canvas.setPointerCapture(event.pointerId);
     held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (held.size > 1) { begun = null; state.box = null; return; }
+    if (held.size > 1) { takeBack(); return; }
     const at = toPicture(event.clientX, event.clientY);
-    begun = { at, last: { x: event.clientX, y: event.clientY } };
+    begun = { at, last: { x: event.clientX, y: event.clientY }, lamp: { x: state.x, y: state.y }, line: state.line };
     if (state.tool === "lamp") lampOnPicture(event);
     if (state.tool === "measure") { state.line = [at, at]; redraw(); }
   });
@@ -216,7 +222,7 @@
     begun.last = { x: event.clientX, y: event.clientY };
   });
   const release = (event) => {
-    held.delete(event.pointerId);
+    if (!held.delete(event.pointerId)) return;
     if (begun && event.type === "pointerup") {
       if (state.tool === "point") notes.add({ x: begun.at.x, y: begun.at.y, text: "" });
       if (state.tool === "box" && state.box && state.box.width > 0) notes.add({ ...state.box, text: "" });
@@ -271,13 +277,14 @@
   // ---- Measuring.
 
   function tellLength() {
-    if (state.line) by("length").textContent = overlay.measured(state.line, state.pixelsPerMm);
+    by("length").textContent = state.line ? overlay.measured(state.line, state.pixelsPerMm) : "Choose Measure, then draw a line.";
   }
   by("scale").value = state.pixelsPerMm || "";
   by("scale").oninput = (event) => { state.pixelsPerMm = Math.max(0, +event.target.value || 0); tellLength(); redraw(); };
 
   by("add").onclick = () => notes.add({ x: state.view.x, y: state.view.y, text: "" });
-  by("about").textContent = `${page.width} × ${page.height} pixels, ${page.lights.length} lamps as ${page.planes} pictures. Made with Surflect.`;
+  by("about").textContent = `${page.width} × ${page.height} pixels, ${page.lights.length} lamps as ${page.planes} pictures. `
+    + `White stands for ${page.white.toPrecision(3)} of the lamp's irradiance; the brightest thousandth of the values is clipped to it. Made with Surflect.`;
 
   new ResizeObserver(redraw).observe(stage);
   setLamp(0, 0);

@@ -14,19 +14,50 @@
     });
   }
 
+  const hashOf = (text) => { // of strings, as Java's
+    let hash = 0;
+    for (let i = 0; i < text.length; ++i) hash = Math.imul(31, hash) + text.charCodeAt(i) | 0;
+    return `${text.length} ${hash}`;
+  };
+  const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+
+  // The browser keeps, for each captured object, {annotations, published, earlier}: the list, the hash of the published list
+  // that it was made from, and annotations that the visitor may take back.
   class Notes {
     constructor(page, published, changed) {
-      Object.assign(this, { key: `surflect ${location.pathname} ${page.width}x${page.height}`, published, changed, list: published, chosen: -1 });
+      Object.assign(this, { key: `surflect ${page.object}`, published: checked({ annotations: published }), changed, chosen: -1, earlier: [] });
+      this.publishedHash = hashOf(JSON.stringify(this.published));
+      this.list = structuredClone(this.published);
       try {
-        const kept = localStorage.getItem(this.key);
-        if (kept) this.list = checked(JSON.parse(kept));
-      } catch { this.list = published; } // no storage, or of another program
-      this.list = structuredClone(this.list);
+        const kept = JSON.parse(localStorage.getItem(this.key));
+        if (kept) {
+          const list = checked(kept);
+          this.earlier = checked({ annotations: kept.earlier });
+          if (kept.published === this.publishedHash) this.list = list;
+          else if (this.putAside(hashOf(JSON.stringify(list)) === kept.published ? [] : list)) this.say("The folder has other annotations than when this browser kept its own.");
+        }
+      } catch { } // no storage, or of another program
       document.getElementById("save").onclick = () => this.save();
       document.getElementById("open").onclick = () => document.getElementById("file").click();
       document.getElementById("file").onchange = (event) => this.open(event.target.files[0]);
-      document.getElementById("reset").onclick = () => this.replace(structuredClone(this.published), "");
+      document.getElementById("reset").onclick = () => {
+        this.putAside(this.list);
+        this.replace(structuredClone(this.published), "");
+      };
+      document.getElementById("earlier").onclick = () => {
+        const earlier = this.earlier;
+        this.earlier = [];
+        this.putAside(this.list);
+        this.replace(earlier, "");
+      };
       this.show();
+    }
+
+    // Adds a list to the earlier annotations, and forgets them if all are published. Returns whether there are any.
+    putAside(list) {
+      this.earlier = [...this.earlier.filter((a) => !list.some((b) => same(a, b))), ...list];
+      if (this.earlier.every((a) => this.published.some((b) => same(a, b)))) this.earlier = [];
+      return this.earlier.length > 0;
     }
 
     get text() { return JSON.stringify({ annotations: this.list }, null, 2) + "\n"; }
@@ -34,7 +65,8 @@
     say(text) { document.getElementById("said").textContent = text; }
 
     keep() {
-      try { localStorage.setItem(this.key, this.text); } catch { this.say("This browser keeps nothing: save them as a file."); }
+      const kept = { annotations: this.list, published: this.publishedHash, earlier: this.earlier };
+      try { localStorage.setItem(this.key, JSON.stringify(kept)); } catch { this.say("This browser keeps nothing: save them as a file."); }
       this.changed();
     }
 
@@ -73,6 +105,7 @@
 
     show() {
       document.getElementById("none").hidden = this.list.length > 0;
+      document.getElementById("earlier").hidden = this.earlier.length === 0;
       document.getElementById("notes").replaceChildren(...this.list.map((note, i) => {
         const item = document.createElement("li"), number = document.createElement("span"), text = document.createElement("input"),
           remove = document.createElement("button");

@@ -4,6 +4,17 @@ window.surflect = {
   errors: [],
   data(read) { surflect.page = read; },
   annotations(read) { surflect.published = read.annotations; },
+  // Tells visitors the first failure; later ones mostly follow from it.
+  fail(problem) {
+    surflect.errors.push(problem);
+    const place = document.getElementById("problem");
+    if (place.hidden) place.textContent = problem;
+    place.hidden = false;
+  },
 };
-window.addEventListener("error", (event) => surflect.errors.push(String(event.message)));
-window.addEventListener("unhandledrejection", (event) => surflect.errors.push(String(event.reason)));
+window.addEventListener("error", (event) => { // scripts that are missing come here too, in the capturing phase
+  if (event.target.dataset?.tile || event.message?.startsWith("ResizeObserver")) return; // tiles.js tries again; no failure
+  surflect.fail(event.target === window ? `The page fails: ${event.message}`
+    : `A file of the page is missing: ${event.target.getAttribute("src") ?? event.target.getAttribute("href")}`);
+}, true);
+window.addEventListener("unhandledrejection", (event) => surflect.fail(`The page fails: ${event.reason}`));

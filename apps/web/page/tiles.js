@@ -1,11 +1,12 @@
 // Tiles of planes: scripts that are loaded when they are seen, and textures made of them.
 "use strict";
 (() => {
-  const atOnce = 6, kept = 160;
+  const atOnce = 6, budget = 256e6; // bytes of textures
 
   class Tiles {
     constructor(gl, page, changed) {
-      Object.assign(this, { gl, page, changed, loaded: new Map(), waiting: new Map(), wanted: [], turn: 0, failed: new Set() });
+      Object.assign(this, { gl, page, changed, loaded: new Map(), waiting: new Map(), wanted: [], seen: new Set(),
+        turn: 0, failed: new Set(), again: new Set(), bytes: 0 });
       surflect.tile = (name, planes) => this.waiting.get(name)?.(planes);
     }
 
@@ -25,6 +26,7 @@
 
     // Loads these tiles, the first ones first; forgets earlier wishes.
     want(names) {
+      this.seen = new Set(names);
       this.wanted = names.filter((name) => !this.loaded.has(name) && !this.waiting.has(name) && !this.failed.has(name));
       this.next();
     }
@@ -37,8 +39,19 @@
 
     load(name) {
       const script = document.createElement("script");
-      const done = () => { this.waiting.delete(name); script.remove(); this.next(); };
+      const done = () => { this.waiting.delete(name); script.remove(); this.next(); this.changed(); };
+      // A tile is asked for twice: networks fail for moments. The second time, its wish comes from the next drawing.
+      const lost = (problem) => {
+        if (this.again.has(name)) {
+          this.failed.add(name);
+          surflect.fail(`A piece of the picture is missing: tiles/${name}.js ${problem}`);
+        }
+        this.again.add(name);
+        done();
+      };
+      let called = false;
       this.waiting.set(name, async (planes) => {
+        called = true;
         try {
           const images = await Promise.all(planes.map(async (text) => {
             const image = new Image();
@@ -46,17 +59,16 @@
             await image.decode();
             return image;
           }));
-          this.loaded.set(name, { textures: images.map((image) => this.texture(image)), width: images[0].width,
-            height: images[0].height, used: ++this.turn });
+          const [{ width, height }] = images, bytes = width * height * images.length;
+          this.loaded.set(name, { textures: images.map((image) => this.texture(image)), width, height, bytes, used: ++this.turn });
+          this.bytes += bytes;
           this.forget();
-        } catch (error) {
-          this.failed.add(name);
-          surflect.errors.push(`tiles/${name}.js: ${error}`);
-        }
-        done();
-        this.changed();
+          done();
+        } catch (error) { lost(`cannot be decoded (${error.message})`); }
       });
-      script.onerror = () => { this.failed.add(name); surflect.errors.push(`tiles/${name}.js is missing`); done(); this.changed(); };
+      script.dataset.tile = name;
+      script.onerror = () => lost("cannot be loaded");
+      script.onload = () => { if (!called) lost("is damaged"); };
       script.src = `tiles/${name}.js`;
       document.head.append(script);
     }
@@ -71,12 +83,14 @@
       return texture;
     }
 
+    // Frees the tiles that were drawn longest ago, never those that are seen.
     forget() {
-      if (this.loaded.size <= kept) return;
-      const oldest = [...this.loaded].sort((a, b) => a[1].used - b[1].used).slice(0, this.loaded.size - kept);
-      for (const [name, tile] of oldest) {
+      const free = [...this.loaded].filter(([name]) => !this.seen.has(name)).sort((a, b) => a[1].used - b[1].used);
+      for (const [name, tile] of free) {
+        if (this.bytes <= budget) return;
         tile.textures.forEach((texture) => this.gl.deleteTexture(texture));
         this.loaded.delete(name);
+        this.bytes -= tile.bytes;
       }
     }
   }

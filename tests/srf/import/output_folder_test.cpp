@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <set>
+#include <string_view>
 #include <sys/wait.h>
 
 namespace surflect::importers {
@@ -88,6 +89,61 @@ TEST(OutputFolder, FoldersOfPeopleStayWhateverTheirName) {
   EXPECT_EQ(namesIn(parent.path()), before);
   EXPECT_TRUE(fs::exists(parent / "capture.tmp.backup/letter.txt"));
   EXPECT_TRUE(fs::exists(marked / "images/a.png"));
+}
+
+constexpr auto isPage = [](std::string_view name) { return name == "mark" || name == "page"; };
+
+// A folder of earlier output: a mark and a page.
+void writeEarlier(const fs::path& folder) {
+  fs::create_directory(folder);
+  std::ofstream(folder / "mark") << "1";
+  std::ofstream(folder / "page") << "old";
+}
+
+TEST(OutputFolder, EarlierOutputIsReplacedWhole) {
+  const image::TemporaryFolder parent;
+  writeEarlier(parent / "site");
+  OutputFolder folder(parent / "site", {"mark", isPage});
+  std::ofstream(folder.temporaryPath() / "mark") << "2";
+  folder.commit();
+  EXPECT_EQ(namesIn(parent.path()), std::set<std::string>{"site"});
+  EXPECT_EQ(namesIn(parent / "site"), std::set<std::string>{"mark"});
+}
+
+TEST(OutputFolder, WhatLiesBesideEarlierOutputIsNeverRemoved) {
+  const image::TemporaryFolder parent;
+  writeEarlier(parent / "site");
+  OutputFolder folder(parent / "site", {"mark", isPage});
+  std::ofstream(folder.temporaryPath() / "mark") << "2";
+  std::ofstream(parent / "site/README") << "own"; // while the new one is made
+  const auto refusal = [&](const auto& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal([&] { folder.commit(); }).find("site/README: is not of the earlier output"),
+            std::string::npos);
+  EXPECT_NE(refusal([&] {
+              OutputFolder(parent / "site", {"mark", isPage});
+            }).find("README"),
+            std::string::npos);
+  EXPECT_EQ(namesIn(parent / "site"), (std::set<std::string>{"README", "mark", "page"}));
+}
+
+TEST(OutputFolder, ALinkToEarlierOutputStaysALink) {
+  const image::TemporaryFolder parent;
+  writeEarlier(parent / "site");
+  fs::create_directory_symlink("site", parent / "link");
+  OutputFolder folder(parent / "link", {"mark", isPage});
+  std::ofstream(folder.temporaryPath() / "mark") << "2";
+  folder.commit();
+  EXPECT_TRUE(fs::is_symlink(parent / "link"));
+  EXPECT_EQ(namesIn(parent / "site"), std::set<std::string>{"mark"});
+  fs::create_symlink("nowhere", parent / "loose");
+  EXPECT_THROW(OutputFolder(parent / "loose"), Error);
 }
 
 } // namespace
