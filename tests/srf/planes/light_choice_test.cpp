@@ -12,7 +12,7 @@ namespace surflect::planes {
 namespace {
 
 // A dome of `arcs` quarter circles from the rim to the top, `anArc` lamps each, arc by arc.
-std::vector<Vec3<double>> dome(size_t arcs, size_t anArc) {
+std::vector<Vec3<double>> domeOfArcs(size_t arcs, size_t anArc) {
   std::vector<Vec3<double>> towards;
   for (size_t a = 0; a < arcs; ++a)
     for (size_t k = 0; k < anArc; ++k) {
@@ -46,7 +46,7 @@ TEST(LightChoice, LampsFarApartTellNormalsWhateverTheirOrder) {
 
 // [Gonzalez 1985]: no lamp is farther from the chosen ones than they are from each other.
 TEST(LightChoice, LampsFarApartLeaveNoneFartherThanTheyAre) {
-  const std::vector<Vec3<double>> all = dome(12, 5);
+  const std::vector<Vec3<double>> all = domeOfArcs(12, 5);
   const std::vector<Vec3<double>> chosen = of(all, farApart(all, 12));
   double apart = 2, farthest = 0;
   for (size_t a = 0; a < chosen.size(); ++a)
