@@ -34,6 +34,9 @@ void requireMaps(const scene::Script& script, const method::Description& model) 
   }
 }
 
+// Heights up to which nothing is said, in radii of the model: its splats reach a little beyond their centres.
+constexpr double kReach = 1.01;
+
 HeightRange heightRange(const method::Description& model) {
   double radius = 0;
   for (const auto& point : model.points)
@@ -75,7 +78,8 @@ FrameMaps::Made FrameMaps::make(ShotRenderer& shot, int frame, double scale,
     } else {
       HeightMap heights = heightMap(object.color, object.aovs.at("depth"), range_, camera);
       made.maps.push_back(std::move(heights.samples));
-      if (heights.farthest && std::abs(*heights.farthest) > range_.radius) made.beyond = heights.farthest;
+      if (heights.farthest && std::abs(*heights.farthest) > kReach * range_.radius)
+        made.beyond = heights.farthest;
     }
   }
   std::erase_if(layers.aovs, [&](const auto& layer) { return !holds(output_.aov, layer.first); });

@@ -33,7 +33,7 @@ protected:
   static scene::Script script(const std::string& output, const std::string& camera = "",
                               const std::string& tables = "") {
     return scene::parseScript(
-        "model = \"m.srf\"\n[frames]\nlast = 9\n[output]\nsize = [40, 40]\npath = "
+        "model = \"m.srf\"\n[frames]\nfirst = 1\nlast = 9\n[output]\nsize = [40, 40]\npath = "
         "\"#.exr\"\n" +
             output + "\n[camera]\nposition = [4, 1, \"t\"]\nlook_at = [0, 0, 0]\nfov_deg = 40\n" + camera +
             "\n[[light]]\ntype = \"point\"\nposition = [1, 2, 3]\nintensity = 9\n" + tables,
