@@ -194,7 +194,7 @@ class Film(TestInFolder):
             wanted = read_png(folder / f"frame.{frame:02}.png")
             self.assertLessEqual(max(abs(p[3] - q[3]) for p, q in zip(got, wanted)), 2)  # 10 bits of limited range
             over = [[[round(p[3] / 255 * c) for c in p[:3]] for p in pixels] for pixels in (got, wanted)]
-            self.assertGreater(decibels(*over), 60)
+            self.assertGreater(decibels(*over), 58)  # the film has 16 bits: PNG and decoder each round to codes
 
     def test_a_transparent_mp4_is_over_black(self):
         report, folder = self.render("black", 'video = "film.mp4"')
