@@ -129,7 +129,7 @@ OpenShot opened(const ExportArguments& arguments, const ExportName& name, const 
   return shot;
 }
 
-// What a script asks of pictures, and Gaussians do not have; empty if nothing.
+// Keys of a script that shape pictures and that Gaussians cannot show; empty if there are none.
 std::vector<std::string> lostOf(const scene::Script& script, const std::vector<int>& frames) {
   std::vector<std::string> lost;
   if (script.ground) lost.emplace_back("[ground]");

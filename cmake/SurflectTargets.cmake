@@ -118,3 +118,32 @@ inline constexpr gl::ShaderFile kShaders[] = {
 } // namespace surflect::${namespace}
 " @ONLY)
 endfunction()
+
+# surflect_page(FOLDER NAMESPACE): writes FOLDER/page.h, which holds the files of the folder page/ as text.
+function(surflect_page folder namespace)
+  file(GLOB page CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/page/*")
+  set(entries "")
+  foreach(file ${page})
+    file(READ "${file}" text)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
+    cmake_path(GET file FILENAME name)
+    string(APPEND entries "    {\"${name}\", R\"page(${text})page\"},\n")
+  endforeach()
+  file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/generated/${folder}/page.h" CONTENT
+"// Files of a page that browsers show.
+#pragma once
+
+#include <string_view>
+
+namespace @namespace@ {
+
+struct PageFile {
+  std::string_view name, text;
+};
+
+inline constexpr PageFile kPage[] = {
+@entries@};
+
+} // namespace @namespace@
+" @ONLY)
+endfunction()

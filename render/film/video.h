@@ -49,7 +49,7 @@ public:
   void finish();
 
 private:
-  // What ffmpeg has complained of, in one line, behind its end.
+  // Returns an Error of the problem, with the last words of ffmpeg in the same line.
   Error failure(const std::string& problem);
 
   const std::filesystem::path file_;

@@ -37,8 +37,9 @@ struct Shape {
 Shape shapeOf(const Point3<ObjectSpace>& p, const Direction3<ObjectSpace>& u,
               const Direction3<ObjectSpace>& v, Handedness handedness, float radius);
 
-// The same ellipsoid with those of its axes that are nearest to another's: turned about its normal by a
-// multiple of 90 degrees, and its quaternion negated or not, so that the two can be interpolated.
+// Returns the ellipsoid of `shape` described so that it can be interpolated with `other`: its frame is turned
+// about its normal by the multiple of 90 degrees, and its quaternion has the sign, nearest to those of
+// `other`.
 Shape nearestTo(const Shape& other, const Shape& shape);
 
 // Look of a Gaussian.

@@ -9,7 +9,7 @@ namespace surflect::gaussians {
 
 namespace {
 
-// Of the penalty. At a tenth of it, degrees cancel each other over the hemisphere that is seen, and programs
+// Weight of the penalty. At a tenth of it, degrees cancel each other over the hemisphere that is seen, and programs
 // that draw only the lower ones show blotches.
 constexpr double kLambda = 1e-4;
 

@@ -43,7 +43,7 @@ enum class Tone {
 };
 inline constexpr std::array<std::string_view, 3> toneNames = {"none", "filmic", "ocio"};
 
-// What lies behind the object: nothing, a colour as displayed in 0..1, or a picture (resolved against the
+// Background behind the object: none, a colour as displayed in 0..1, or a picture (resolved against the
 // script's folder).
 using Background = std::variant<std::monostate, Rgb, std::filesystem::path>;
 

@@ -34,15 +34,15 @@ TEST(DisplayAddress, HasTheViewersPortUnlessAnotherIsGiven) {
 // A viewer that begins to read when it is told to.
 class LateViewer {
 public:
-  LateViewer() : listener_(::socket(AF_INET6, SOCK_STREAM, 0)) {
-    sockaddr_in6 any{};
-    any.sin6_family = AF_INET6;
-    any.sin6_addr = in6addr_loopback;
+  LateViewer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof any;
     works = listener_ >= 0 && ::bind(listener_, reinterpret_cast<sockaddr*>(&any), size) == 0 &&
             ::listen(listener_, 1) == 0 &&
             ::getsockname(listener_, reinterpret_cast<sockaddr*>(&any), &size) == 0;
-    address = "[::1]:" + std::to_string(ntohs(any.sin6_port));
+    address = "127.0.0.1:" + std::to_string(ntohs(any.sin_port));
   }
   ~LateViewer() { ::close(listener_); }
 
@@ -90,7 +90,7 @@ private:
 
 TEST(DisplayClient, AViewerThatIsSlowGetsTheLatestFrames) {
   const LateViewer viewer;
-  if (!viewer.works) GTEST_SKIP() << "no IPv6";
+  ASSERT_TRUE(viewer.works);
   constexpr int kFrames = 14;
   image::Image frame(2048, 1024, 4);
   constexpr size_t kFit = DisplayClient::kMostBytes / (sizeof(float) * 2048 * 1024 * 4);

@@ -259,7 +259,8 @@ void drawLit(const scene::Scene& scene, method::FrameLayers& layers) {
   std::ranges::fill(layers.shadow.values, static_cast<float>(scene.ground->shadow));
 }
 
-// Of eight samples of the first frame, four lie before the film; they are taken for its begin.
+// Four of eight samples of the first frame lie before the film: lights have the strength of its beginning
+// there.
 TEST(MotionBlur, FadesEndWithTheFilmAndShadowsAreMeans) {
   DrawnRenderer renderer(drawLit);
   const auto shot = [&](const std::string& fade) {

@@ -30,7 +30,7 @@ std::vector<Vec3<double>> of(const std::vector<Vec3<double>>& all, const std::ve
   return some;
 }
 
-// Of lamps in rows, every twelfth one is of one column, and a column lies in a plane with the object.
+// Every twelfth lamp of a grid of 12 x 12 belongs to one column, which lies in a plane with the object.
 TEST(LightChoice, LampsFarApartTellNormalsWhateverTheirOrder) {
   std::vector<Vec3<double>> rows;
   for (int y = 0; y < 12; ++y)
