@@ -183,7 +183,7 @@ class FrameOutputs(TestInFolder):
         print(f"worldToNDC: {len(offsets)} pixels, at most {worst:.4f} pixels off, in the mean {means[0]:.4f} and {means[1]:.4f}")
         self.assertGreater(len(offsets), 3000)
         self.assertLess(worst, 1)
-        self.assertLess(max(map(abs, means)), 0.02)
+        self.assertLess(max(map(abs, means)), 0.0024)
 
     def test_world_to_camera_gives_each_position_its_depth(self):
         path = self.folder / "film" / "frame.02.exr"

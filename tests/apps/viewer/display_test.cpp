@@ -1,6 +1,7 @@
 #include "apps/viewer/display.h"
 
 #include "surfel/base/error.h"
+#include "tests/support/pictures.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +10,7 @@
 namespace surflect::viewer {
 namespace {
 
-image::Image colors(std::initializer_list<std::array<float, 4>> pixels) {
-  image::Image image(static_cast<int>(pixels.size()), 1, 4);
-  size_t i = 0;
-  for (const auto& pixel : pixels)
-    for (const float value : pixel) image.values[i++] = value;
-  return image;
-}
+using testing::colors;
 
 std::array<int, 3> pixelOf(const DisplayPicture& picture, size_t i) {
   return {picture.bytes[3 * i], picture.bytes[3 * i + 1], picture.bytes[3 * i + 2]};

@@ -5,6 +5,7 @@
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "tests/srf/image/files.h"
+#include "tests/support/pictures.h"
 
 #include <array>
 #include <cmath>
@@ -17,14 +18,7 @@ namespace surflect::film {
 namespace {
 
 using scene::Tone;
-
-image::Image colors(std::initializer_list<std::array<float, 4>> pixels) {
-  image::Image image(static_cast<int>(pixels.size()), 1, 4);
-  size_t i = 0;
-  for (const auto& pixel : pixels)
-    for (const float value : pixel) image.values[i++] = value;
-  return image;
-}
+using testing::colors;
 
 std::array<int, 3> pixelOf(const DisplayPicture& picture, size_t i) {
   const size_t first = i * static_cast<size_t>(picture.channels);
