@@ -9,8 +9,8 @@ namespace surflect::gaussians {
 
 namespace {
 
-// Weight of the penalty. At a tenth of it, degrees cancel each other over the hemisphere that is seen, and programs
-// that draw only the lower ones show blotches.
+// Weight of the penalty. At a tenth of it, degrees cancel each other over the hemisphere that is seen, and
+// programs that draw only the lower ones show blotches.
 constexpr double kLambda = 1e-4;
 
 // Degree l of the j-th harmonic.
