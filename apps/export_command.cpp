@@ -121,6 +121,10 @@ OpenShot opened(const ExportArguments& arguments, const ExportName& name, const 
     requireSurfels(head.model);
     shot.setting = arguments.options.settingFor(surfels::surfelMethod());
     shot.model = std::make_shared<const model::Model>(model::openModel(head.model, progress));
+    if (shot.model->grid)
+      say(fmt::format(
+          "one view: Gaussians stand at its surfels, {0} pixels apart; `pack --surfels N` makes more",
+          shot.model->grid->step));
     shot.renderer = std::make_unique<surfels::SurfelRenderer>(shot.model, shot.setting);
     return shot.renderer->describe();
   };

@@ -55,18 +55,14 @@ Json describe(const model::Model& model) {
     const auto visibility = model.visibility.of(i);
     unseen += std::ranges::none_of(visibility, [](uint8_t fade) { return fade > 0; });
   }
-  if (const std::string warning = sparseSurfels(model.cloud.size(), apart); !warning.empty()) say(warning);
-  return {{"surfels", model.cloud.size()},
-          {"unseen_surfels", unseen},
-          {"pixels_between_surfels", apart},
-          {"views", model.rig.views.size()},
-          {"lights", model.rig.lights.size()},
-          {"full_product", model.isFullProduct},
-          {"blocks", blocks},
-          {"reflectance_bytes", bytes},
-          {"white", model.white},
-          {"tolerance", model.tolerance},
-          {"box", {corner(box.min()), corner(box.max())}}};
+  const std::string warning = model.grid ? "" : sparseSurfels(model.cloud.size(), apart);
+  if (!warning.empty()) say(warning);
+  return {{"surfels", model.cloud.size()},       {"unseen_surfels", unseen},
+          {"pixels_between_surfels", apart},     {"grid_step", model.grid ? model.grid->step : 0},
+          {"views", model.rig.views.size()},     {"lights", model.rig.lights.size()},
+          {"full_product", model.isFullProduct}, {"blocks", blocks},
+          {"reflectance_bytes", bytes},          {"white", model.white},
+          {"tolerance", model.tolerance},        {"box", {corner(box.min()), corner(box.max())}}};
 }
 
 struct InspectArguments {

@@ -155,6 +155,7 @@ Json jsonOf(const model::PackReport& report) {
       {"geometry", nameOf(report.geometry)},
       {"surfels", report.surfels},
       {"pixels_between_surfels", report.pixelsBetweenSurfels},
+      {"grid_step", report.gridStep},
       {"views", report.views.size()},
       {"lights", report.lights},
       {"translucent", report.isTranslucent},
@@ -207,16 +208,20 @@ void announce(const model::PackReport& report, const std::string& output) {
   if (!report.fits.empty()) announceFits(report.fits);
   if (report.invalidTexels > 0)
     say(fmt::format("{} texels were not finite and are black now", report.invalidTexels));
-  say(fmt::format("{}: {} surfels on a {}, {} views{}; {:.1f} MB of reflectance, {:.1f}:1 against half "
+  const std::string grid =
+      report.gridStep > 0
+          ? fmt::format(", at corners of {0} x {0} pixels that are drawn one by one", report.gridStep)
+          : "";
+  say(fmt::format("{}: {} surfels on a {}{}, {} views{}; {:.1f} MB of reflectance, {:.1f}:1 against half "
                   "floats at {:.1f} dB",
-                  output, report.surfels, nameOf(report.geometry), report.views.size(),
+                  output, report.surfels, nameOf(report.geometry), grid, report.views.size(),
                   report.resumedViews > 0 ? fmt::format(" ({} were there already)", report.resumedViews) : "",
                   static_cast<double>(report.store.fileBytes) / 1e6, codec::compressionRatio(report.store),
                   codec::psnrDb(report.store, report.white)));
   if (report.isTranslucent) say("translucent: alpha of each view is stored, and layers are composited");
-  if (const std::string warning = sparseSurfels(report.surfels, report.pixelsBetweenSurfels);
-      !warning.empty())
-    say(warning);
+  const std::string warning =
+      report.gridStep > 0 ? "" : sparseSurfels(report.surfels, report.pixelsBetweenSurfels);
+  if (!warning.empty()) say(warning);
   if (report.interpolation.choice.kind == weights::Interpolation::separate)
     announceLights(report.lightChoice);
   announceInterpolation(report.interpolation);

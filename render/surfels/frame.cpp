@@ -6,6 +6,7 @@
 #include "render/surfels/develop.h"
 #include "render/surfels/frame_work.h"
 #include "render/surfels/patch_corners.h"
+#include "render/surfels/pixel_frame.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "srf/shading/taps.h"
@@ -175,33 +176,29 @@ private:
   std::optional<DeformedCloud> tangents_; // for L, unless they are those of the deformed cloud
 };
 
-} // namespace
-
-FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
-                        const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
-  auto& [cache, environments, deformed, raster, occluders, finer, groundLights, levels, cut, patches,
-         surfelsPerPatch, memory, stats] = workspace;
-  const LitScene lit =
-      litScene(requested, options.environmentError, field, options.shade, environments, progress);
+// Colour and AOVs of a frame by splats.
+FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene& lit,
+                         const FrameOptions& options, FrameWorkspace& workspace, StageClock& clock,
+                         const Progress& progress) {
+  FrameStats& stats = workspace.stats;
   const bool showsLayers = isTranslucent(field, options);
   const bool mayBlend =
       !showsLayers && lit.environments.empty() && weights::blendsCorners(field, options.shade);
   const size_t perQuery =
       options.surfelsPerQuery.value_or(mayBlend ? surfelsPerCorner(field, options.shade) : 1);
   prepareWorkspace(field, options, perQuery * (mayBlend ? 4 : 1), workspace, progress);
-  beginStats(field, lit, options, stats);
-  StageClock clock(stats.seconds, stats.processorSeconds);
-
   const PosedSurfels posed(field, lit, options, workspace, clock, progress);
   const SurfelCloud& cloud = posed.cloud();
+  const DeformedCloud& deformed = workspace.deformed;
+  const splat::SplatRaster& raster = workspace.raster;
   const std::optional<CastShadows>& shadows = posed.shadows();
   const std::span<const uint32_t> visible = raster.visible;
   // The shadow states of all visible surfels are held at a time where corners are blended.
   const bool blendsCorners = mayBlend && perQuery > 1 && visible.size() * stats.pairLights <= kMostStates;
   const bool sharesWeights = mayBlend ? blendsCorners : perQuery > 1;
   Patches ofCut;
-  if (posed.isCut() && sharesWeights) ofCut = patchesIn(cut, patches);
-  const Patches& patchesOfFrame = posed.isCut() ? ofCut : patches;
+  if (posed.isCut() && sharesWeights) ofCut = patchesIn(workspace.cut, workspace.patches);
+  const Patches& patchesOfFrame = posed.isCut() ? ofCut : workspace.patches;
   std::vector<float> shadowStates;
   PatchCorners corners;
   PatchQueries middles;
@@ -243,8 +240,9 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   shading.placesPerQuery = sharesWeights ? perQuery : 1;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  shading::Shaded shaded = shading::shade(field, asking.size(), fill, shading, cache, stats.shading, progress,
-                                          [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  shading::Shaded shaded =
+      shading::shade(field, asking.size(), fill, shading, workspace.cache, stats.shading, progress,
+                     [&](double planning) { clock.finish("ulr", planning, "look-up"); });
   stats.unseen = shaded.unseen;
   stats.unmatchedShadows = shaded.unmatchedShadows;
 
@@ -252,7 +250,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();
-  FrameLayers layers = std::move(memory);
+  FrameLayers layers = std::move(workspace.layers);
   const auto developed = [&](image::Image kept) {
     return showsLayers ? developLayers(raster, cloud, towardsView, shaded, std::move(kept), progress)
                        : developRadiance(raster, shaded, std::move(kept), progress);
@@ -270,7 +268,7 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
     };
     shading::ShadingStats ofNearest;
     shading::Shaded nearest =
-        shading::shade(field, visible.size(), writeEach, shading, cache, ofNearest, progress);
+        shading::shade(field, visible.size(), writeEach, shading, workspace.cache, ofNearest, progress);
     shaded.radiance = std::move(nearest.radiance);
     shaded.alpha = std::move(nearest.alpha);
     layers.aovs["predicted_error"] = predictedError(
@@ -278,14 +276,30 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
         options.errorModel.value_or(kFittedErrorModel), std::move(layers.aovs["predicted_error"]), progress);
   }
   if (!options.aovs.empty()) clock.finish("aov");
+  return layers;
+}
+
+} // namespace
+
+FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Scene& requested,
+                        const FrameOptions& options, FrameWorkspace& workspace, const Progress& progress) {
+  FrameStats& stats = workspace.stats;
+  const LitScene lit =
+      litScene(requested, options.environmentError, field, options.shade, workspace.environments, progress);
+  beginStats(field, lit, options, stats);
+  StageClock clock(stats.seconds, stats.processorSeconds);
+  FrameLayers layers = field.grid && !options.drawsSplats
+                           ? renderPixels(field, lit, options, workspace, clock, progress)
+                           : renderSplats(field, lit, options, workspace, clock, progress);
   layers.shadow = {};
   if (requested.ground && requested.ground->shadow == 0) {
     layers.shadow = image::Image(layers.color.width, layers.color.height, 1);
   } else if (requested.ground) {
-    if (!finer)
-      finer = occludersOf(field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress),
-                          kMostGroundOccluders);
-    const GroundShadow shadow(*finer, field.cloud, requested, groundLights, progress);
+    if (!workspace.finer)
+      workspace.finer =
+          occludersOf(field.cloud, field.levels ? *field.levels : levelsOfDetail(field.cloud, progress),
+                      kMostGroundOccluders);
+    const GroundShadow shadow(*workspace.finer, field.cloud, requested, workspace.groundLights, progress);
     layers.shadow = shadowBehind(layers.color, shadow.picture(progress), requested.ground->shadow);
     clock.finish("ground");
   }

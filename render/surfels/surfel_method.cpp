@@ -131,7 +131,9 @@ const method::Rows<model::PackOptions>& packRows() {
       row<model::PackOptions>(
           "surfels", [](auto& o) -> auto& { return o.surfels; },
           {.domain = wholeRange(1, model::kMostSurfels),
-           .help = "how many, about; default: two across a pixel, up to 4 million or half of memory"}),
+           .help =
+               "how many, about; default: two across a pixel, up to 4 million or half of memory; one view "
+               "without a mesh: corners of a grid, whose step is 1, 2, 4 or 8 pixels"}),
       row<model::PackOptions>("opaque", [](auto& o) -> auto& { return o.opaque; },
                               {.help = "take alpha as a mask, even if many pixels are translucent"}),
       row<model::PackOptions>(
@@ -250,6 +252,7 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const 
                    .points = model_->cloud.p0,
                    .aovs = {scene::aovNames.begin(), scene::aovNames.end()}},
       workspace_(*model_, optionsOf(setting).cacheMb << 20) {
+  if (model_->grid) std::erase(description_.aovs, "predicted_error");
   set(method::forFrames(rows_, setting));
 }
 

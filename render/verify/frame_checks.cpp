@@ -463,6 +463,7 @@ FrameFindings frameChecks(const model::Model& model, const scene::Scene& scene, 
                           const Progress& progress) {
   options.surfelSize = 0;
   options.surfelsPerQuery = 1;
+  options.drawsSplats = true;
   options.aovs.clear();
   return FrameChecker(model, scene, options, workspace, bounds, progress).findings();
 }

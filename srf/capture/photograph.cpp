@@ -9,9 +9,12 @@
 #include "surfel/base/text.h"
 
 #include <fmt/format.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for_each.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cassert>
 #include <cmath>
@@ -221,24 +224,28 @@ float leastTrusted(const Undeveloped& picture, size_t pixel, float zMax) {
   return worst;
 }
 
-// Merges a bracket: pictures of one size with their exposures. `matte` replaces alpha and coverage.
+// Merges a bracket: pictures of one size with their exposures. `matte` replaces alpha and coverage. Only the
+// rows of the part are developed; it does not shrink.
 Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposure> shots,
-                   const image::Image* coverage, const Encoding& encoding, const image::Image* matte) {
+                   const image::Image* coverage, const Encoding& encoding, const image::Image* matte,
+                   const ViewPart& part) {
   const Undeveloped& first = bracket[0];
-  const int width = first.color.width, height = first.color.height;
+  const int width = first.color.width, height = part.rows > 0 ? part.rows : first.color.height - part.top;
+  const size_t before = static_cast<size_t>(part.top) * static_cast<size_t>(width);
   Photograph photograph{image::Image(width, height, 3), image::Image(width, height, 1)};
   photograph.hasMatte = first.alpha || coverage;
   const float zMax = bracket.size() > 1 ? largestColor(bracket) : 0;
   std::vector<image::ExposureSample> samples(bracket.size());
   const bool isCoded = first.bits > 0 || coverage; // floating point may mean what it says
 
-  for (size_t i = 0; i < photograph.alpha.values.size(); ++i) {
+  for (size_t texel = 0; texel < photograph.alpha.values.size(); ++texel) {
+    const size_t i = before + texel; // in the pictures
     const float pictureAlpha = first.alpha ? first.alpha->values[i] : 1;
     const float own = unit(pictureAlpha) * (coverage ? unit(coverage->values[i]) : 1);
     const float alpha = matte ? matte->values[i] : isCoded ? settledAlpha(own) : own;
-    photograph.alpha.values[i] = alpha;
+    photograph.alpha.values[texel] = alpha;
     bool valid = std::isfinite(pictureAlpha);
-    float* radiance = photograph.radiance.values.data() + 3 * i;
+    float* radiance = photograph.radiance.values.data() + 3 * texel;
     const bool hasColor =
         alpha > 0 && (!matte || !first.alphaPremultiplied || settledAlpha(pictureAlpha) > 0);
     for (size_t c = 0; c < 3 && hasColor; ++c) {
@@ -259,7 +266,7 @@ Photograph develop(std::span<const Undeveloped> bracket, std::span<const Exposur
     if (first.color.channels == 3) first.decoder.toRec709(radiance);
     if (valid) continue;
     std::fill_n(radiance, 3, 0.f);
-    photograph.invalidTexels.push_back(i);
+    photograph.invalidTexels.push_back(texel);
   }
   return photograph;
 }
@@ -295,11 +302,22 @@ std::map<MaskKey, image::Image> readMasks(const Capture& capture, std::span<cons
   return masks;
 }
 
+// Number of pictures of a capture's largest lens that are read at the same time.
+int picturesAtOnce(const Capture& capture) {
+  double pixels = 1;
+  for (const View& view : capture.views)
+    pixels = std::max(pixels, 1.0 * view.camera.lens.width * view.camera.lens.height);
+  return static_cast<int>(
+      std::clamp(kReadingBytes / (kBytesWhileRead * pixels), 1.0, 1.0 * tbb::info::default_concurrency()));
+}
+
+Photograph shrunk(const Photograph& photograph, int shrink);
+
 // Reads several files at a time, each once. Calls take(i, photograph) for the i-th frame when all its
-// pictures are read; one at a time, in any order. `matte` replaces those of the photographs.
+// pictures are read; one at a time, in any order. The part's matte replaces those of the photographs.
 template <class Take>
 void developAll(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
-                const Take& take, const image::Image* matte = nullptr) {
+                const Take& take, const ViewPart& part = {}) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };
@@ -314,21 +332,23 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     for (size_t k = 0; k < shots.size(); ++k) users[shots[k].picture].push_back({i, k});
   }
   const Encoding encoding(capture);
-  const auto masks = readMasks(capture, frames, progress);
+  const image::Image* const matte = part.matte;
+  const auto masks = matte ? std::map<MaskKey, image::Image>() : readMasks(capture, frames, progress);
   std::mutex taking;
 
   const auto developIfComplete = [&](size_t i) {
     auto& [shots, bracket, missing] = developments[i];
     if (--missing > 0) return;
     const Frame& frame = capture.frames[frames[i]];
-    const image::Image* coverage = frame.mask.empty() ? nullptr : &masks.at({capture, frame});
+    const image::Image* coverage = frame.mask.empty() || matte ? nullptr : &masks.at({capture, frame});
     checkMixing(bracket, capture.folder() / frame.picture);
-    Photograph photograph = develop(bracket, shots, coverage, encoding, matte);
+    Photograph photograph = develop(bracket, shots, coverage, encoding, matte, part);
     bracket.clear(); // frees its memory
+    if (part.shrink > 1) photograph = shrunk(photograph, part.shrink);
     const std::lock_guard lock(taking);
     take(i, std::move(photograph));
   };
-  tbb::parallel_for_each(users, [&](const auto& entry) {
+  const auto readFile = [&](const auto& entry) {
     progress.checkpoint();
     const auto& [name, places] = entry;
     std::vector<Exposure> sharing;
@@ -343,7 +363,8 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
       developments[i].bracket[k] = std::move(pictures[p]);
       developIfComplete(i);
     }
-  });
+  };
+  tbb::task_arena(picturesAtOnce(capture)).execute([&] { tbb::parallel_for_each(users, readFile); });
 }
 
 } // namespace
@@ -375,6 +396,75 @@ std::vector<size_t> lackingColors(std::span<const std::vector<bool>> clear, cons
 
 } // namespace
 
+Lens shrunk(const Lens& lens, int shrink) {
+  Lens small = lens;
+  small.width = (lens.width + shrink - 1) / shrink, small.height = (lens.height + shrink - 1) / shrink;
+  small.focalX /= shrink, small.centerX /= shrink;
+  small.focalY /= shrink, small.centerY /= shrink;
+  return small;
+}
+
+namespace {
+
+// The mean alpha of shrink x shrink pixels, and the mean of their colours weighted by alpha.
+Photograph shrunk(const Photograph& photograph, int shrink) {
+  const image::Image& alpha = photograph.alpha;
+  const int width = (alpha.width + shrink - 1) / shrink, height = (alpha.height + shrink - 1) / shrink;
+  Photograph small{image::Image(width, height, 3), image::Image(width, height, 1), photograph.hasMatte,
+                   photograph.invalidTexels};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const int right = std::min(alpha.width, (x + 1) * shrink),
+                bottom = std::min(alpha.height, (y + 1) * shrink);
+      float covered = 0, count = 0;
+      std::array<float, 3> sum{};
+      for (int row = y * shrink; row < bottom; ++row)
+        for (int column = x * shrink; column < right; ++column) {
+          const float a = alpha.at(column, row)[0];
+          const auto color = photograph.radiance.at(column, row);
+          for (size_t c = 0; c < 3; ++c) sum[c] += a * color[c];
+          covered += a;
+          ++count;
+        }
+      small.alpha.at(x, y)[0] = covered / count;
+      if (covered > 0)
+        for (size_t c = 0; c < 3; ++c) small.radiance.at(x, y)[c] = sum[c] / covered;
+    }
+  return small;
+}
+
+} // namespace
+
+std::optional<image::Image> readViewMatte(const Capture& capture, std::span<const size_t> frames,
+                                          const Progress& progress) {
+  if (!describeFirstMatte(capture)) return std::nullopt;
+  MatteVote vote(frames.size());
+  bool hasMatte = false;
+  developAll(capture, frames, progress, [&](size_t, const Photograph& photograph) {
+    if (photograph.hasMatte) vote.add(photograph.alpha);
+    hasMatte |= photograph.hasMatte;
+  });
+  return hasMatte ? std::optional(vote.outcome()) : std::nullopt;
+}
+
+ViewPhotographs readViewPart(const Capture& capture, std::span<const size_t> frames, const ViewPart& part,
+                             const Progress& progress) {
+  ViewPhotographs view;
+  view.radiance.resize(frames.size());
+  view.hasMatte = part.matte;
+  size_t done = 0;
+  developAll(
+      capture, frames, progress,
+      [&](size_t i, Photograph photograph) {
+        view.radiance[i] = std::move(photograph.radiance);
+        view.invalidTexels += photograph.invalidTexels.size();
+        if (i == 0) view.alpha = std::move(photograph.alpha);
+        progress("reading", static_cast<double>(++done) / static_cast<double>(frames.size()));
+      },
+      part);
+  return view;
+}
+
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress) {
   ViewPhotographs view;
@@ -401,13 +491,12 @@ ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size
   const std::vector<size_t> lacking = lackingColors(clear, view.alpha);
   std::vector<size_t> again;
   for (const size_t i : lacking) again.push_back(frames[i]);
-  developAll(
-      capture, again, progress,
-      [&](size_t k, Photograph photograph) {
-        view.radiance[lacking[k]] = std::move(photograph.radiance);
-        invalid[lacking[k]] = photograph.invalidTexels.size();
-      },
-      &view.alpha);
+  developAll(capture, again, progress,
+             [&](size_t k, Photograph photograph) {
+               view.radiance[lacking[k]] = std::move(photograph.radiance);
+               invalid[lacking[k]] = photograph.invalidTexels.size();
+             },
+             {.matte = &view.alpha});
   view.invalidTexels = std::accumulate(invalid.begin(), invalid.end(), size_t{0});
   return view;
 }

@@ -56,4 +56,28 @@ struct ViewPhotographs {
 ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size_t> frames,
                                     const Progress& progress = {});
 
+// Matte of the view as readViewPhotographs finds it, for frames of one view; none if no photograph has one,
+// which headers tell.
+std::optional<image::Image> readViewMatte(const Capture& capture, std::span<const size_t> frames,
+                                          const Progress& progress = {});
+
+// Part of a view's photographs: some of their rows, or all of them at a smaller size.
+struct ViewPart {
+  int top = 0, rows = 0; // rows 0: from `top` to the last row
+  int shrink = 1; // a texel is the mean of shrink x shrink pixels, or of as many as the picture has there
+  const image::Image* matte = nullptr; // readViewMatte of all frames; null: none
+};
+
+// Lens of a view whose photographs are shrunk.
+Lens shrunk(const Lens& lens, int shrink);
+
+// Part of the photographs that readViewPhotographs would return, which differs only where alpha is below
+// 1/16. Files are read whole, but at most kReadingBytes of them at a time.
+ViewPhotographs readViewPart(const Capture& capture, std::span<const size_t> frames, const ViewPart& part,
+                             const Progress& progress = {});
+
+// Memory of the pictures that are read at the same time, at kBytesWhileRead for each of their pixels; one is
+// always read.
+inline constexpr double kReadingBytes = 2.5e9, kBytesWhileRead = 48;
+
 } // namespace surflect::capture

@@ -5,8 +5,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <cassert>
 #include <cmath>
+#include <mutex>
 #include <string>
 
 namespace surflect::codec {
@@ -55,8 +58,8 @@ uint64_t presentTexels(const image::Image& alpha, BlockPosition block, double pr
   return present;
 }
 
-// Radiance matrix of a block, as encodeBlock expects it.
-Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint64_t present) {
+// Radiance matrix of a block, as encodeBlock expects it; `top`: first row of the stack in its view.
+Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint64_t present, int top) {
   Eigen::MatrixXf radiance(3 * std::popcount(present), stack.lights.size());
   for (size_t l = 0; l < stack.lights.size(); ++l) {
     Eigen::Index row = 0;
@@ -66,7 +69,7 @@ Eigen::MatrixXf gather(const ReflectanceStack& stack, BlockPosition block, uint6
       for (const float value : stack.lights[l].at(x, y)) {
         if (!(std::abs(value) < radianceLimit))
           throw Error::mismatch("a finite radiance below 1e30", numberText(value))
-              .at("pixel (" + std::to_string(x) + ", " + std::to_string(y) + ")")
+              .at("pixel (" + std::to_string(x) + ", " + std::to_string(top + y) + ")")
               .at("lights[" + std::to_string(l) + "]");
         radiance(row++, static_cast<Eigen::Index>(l)) = value;
       }
@@ -96,18 +99,22 @@ double psnrDb(const ViewSummary& summary, double white) {
   return 10 * std::log10(white * white * static_cast<double>(summary.values) / summary.clippedSquaredError);
 }
 
-EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,
-                       const Progress& progress) {
-  checkStack(stack);
-  checkOptions(options);
-  const ViewHeader header{stack.width, stack.height, static_cast<int>(stack.lights.size()),
-                          static_cast<float>(options.white), static_cast<float>(options.tolerance)};
+ViewHeader headerOf(int width, int height, size_t lights, const EncodeOptions& options) {
+  return {width, height, static_cast<int>(lights), static_cast<float>(options.white),
+          static_cast<float>(options.tolerance)};
+}
 
-  std::vector<BlockPosition> positions;
+EncodedRows encodeRows(const ReflectanceStack& rows, int top, const EncodeOptions& options,
+                       const Progress& progress) {
+  assert(top % blockSize == 0);
+  checkStack(rows);
+  checkOptions(options);
+  const ViewHeader header = headerOf(rows.width, rows.height, rows.lights.size(), options);
+  std::vector<BlockPosition> positions; // in the rows
   std::vector<uint64_t> present;
   for (BlockPosition at; at.y < header.blocksDown(); ++at.y) {
     for (at.x = 0; at.x < header.blocksAcross(); ++at.x) {
-      const uint64_t texels = presentTexels(stack.alpha, at, options.presentAlpha);
+      const uint64_t texels = presentTexels(rows.alpha, at, options.presentAlpha);
       if (texels == 0) continue;
       positions.push_back(at);
       present.push_back(texels);
@@ -115,27 +122,40 @@ EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& optio
   }
 
   std::vector<EncodedBlock> blocks(positions.size());
+  std::atomic<size_t> done = 0;
+  std::mutex reporting;
   tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t b) {
     progress.checkpoint();
-    blocks[b] =
-        encodeBlock(present[b], gather(stack, positions[b], present[b]), options.tolerance, options.white);
+    blocks[b] = encodeBlock(present[b], gather(rows, positions[b], present[b], top), options.tolerance,
+                            options.white);
+    if (const size_t count = ++done; count % 4096 == 0) {
+      const std::lock_guard lock(reporting);
+      progress("encoding", static_cast<double>(count) / static_cast<double>(blocks.size()));
+    }
   });
 
-  EncodedView view;
-  std::vector<PlacedRecord> records(blocks.size());
+  EncodedRows encoded;
+  ViewSummary& summary = encoded.summary;
   for (size_t b = 0; b < blocks.size(); ++b) {
     EncodedBlock& block = blocks[b];
-    ViewSummary& summary = view.summary;
     summary.objectTexels += std::popcount(present[b]);
     summary.squaredError += block.squaredError;
     summary.clippedSquaredError += block.clippedSquaredError;
     summary.blocksOfRank.resize(std::max<size_t>(summary.blocksOfRank.size(), block.rank + 1));
     ++summary.blocksOfRank[block.rank];
-    records[b] = {positions[b], std::move(block.record)};
+    encoded.records.push_back({{positions[b].x, positions[b].y + top / blockSize}, std::move(block.record)});
   }
-  view.file = viewFileBytes(header, records);
+  summary.values = summary.objectTexels * 3 * rows.lights.size();
+  return encoded;
+}
+
+EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,
+                       const Progress& progress) {
+  EncodedRows rows = encodeRows(stack, 0, options, progress);
+  EncodedView view{
+      viewFileBytes(headerOf(stack.width, stack.height, stack.lights.size(), options), rows.records),
+      std::move(rows.summary)};
   view.summary.fileBytes = view.file.size();
-  view.summary.values = view.summary.objectTexels * 3 * stack.lights.size();
   return view;
 }
 

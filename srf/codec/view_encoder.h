@@ -46,6 +46,20 @@ struct EncodedView {
   ViewSummary summary;
 };
 
+// Blocks of some rows of a view, in row order. The summary lacks the bytes of the file.
+struct EncodedRows {
+  std::vector<PlacedRecord> records;
+  ViewSummary summary;
+};
+
+// Header of the file that encodeView makes.
+ViewHeader headerOf(int width, int height, size_t lights, const EncodeOptions& options);
+
+// Encodes rows of a view from `top` on, a multiple of blockSize; all but the last ones of a view have whole
+// blocks. Throws as encodeView.
+EncodedRows encodeRows(const ReflectanceStack& rows, int top, const EncodeOptions& options,
+                       const Progress& progress = {});
+
 // Encodes all blocks in parallel; the bytes do not depend on the number of threads. Throws Error if image
 // sizes disagree or a radiance is not finite and below 1e30, and Cancelled.
 EncodedView encodeView(const ReflectanceStack& stack, const EncodeOptions& options,

@@ -16,18 +16,16 @@ constexpr size_t headerBytes = 40;
 constexpr size_t headChecksumBytes = 8;
 constexpr uint32_t mixedPrecisionLayout = 3; // 8x8 blocks without apron, records as encodeBlock makes them
 
-struct IndexEntry {
-  uint32_t position = 0, size = 0, checksum = 0; // place in the grid; bytes of the record
-};
-
 // Head and index, which stand before the records.
 struct Head {
   ViewHeader view;
   uint32_t blocks = 0;
-  std::vector<IndexEntry> index;
+  std::vector<ViewIndexEntry> index;
   uint64_t checksum = 0;
 
-  uint64_t bytes() const { return headerBytes + sizeof(IndexEntry) * uint64_t{blocks} + headChecksumBytes; }
+  uint64_t bytes() const {
+    return headerBytes + sizeof(ViewIndexEntry) * uint64_t{blocks} + headChecksumBytes;
+  }
 };
 
 // The bounds of white level and tolerance are those of EncodeOptions.
@@ -54,6 +52,11 @@ uint32_t recordChecksum(std::span<const std::byte> record) {
   return static_cast<uint32_t>(contentHash(record));
 }
 
+ViewIndexEntry entryOf(const ViewHeader& header, const PlacedRecord& block) {
+  return {static_cast<uint32_t>(block.position.y * header.blocksAcross() + block.position.x),
+          static_cast<uint32_t>(block.record.size()), recordChecksum(block.record)};
+}
+
 } // namespace
 
 std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks) {
@@ -61,13 +64,40 @@ std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const P
   size_t bytes = head.bytes();
   for (const PlacedRecord& block : blocks) {
     bytes += block.record.size();
-    head.index.push_back({static_cast<uint32_t>(block.position.y * header.blocksAcross() + block.position.x),
-                          static_cast<uint32_t>(block.record.size()), recordChecksum(block.record)});
+    head.index.push_back(entryOf(header, block));
   }
   std::vector<std::byte> file = written(head, describeHead);
   file.reserve(bytes);
   for (const PlacedRecord& block : blocks) file.insert(file.end(), block.record.begin(), block.record.end());
   return file;
+}
+
+ViewFileWriter::ViewFileWriter(std::filesystem::path path, const ViewHeader& header)
+    : path_(std::move(path)), header_(header), records_(path_.string() + ".records") {}
+
+void ViewFileWriter::add(std::span<const PlacedRecord> blocks) {
+  std::vector<std::byte> piece;
+  for (const PlacedRecord& block : blocks) {
+    index_.push_back(entryOf(header_, block));
+    piece.insert(piece.end(), block.record.begin(), block.record.end());
+  }
+  records_.write(piece);
+  bytes_ += piece.size();
+}
+
+void ViewFileWriter::commit() {
+  constexpr uint64_t kPiece = uint64_t{1} << 24; // bytes
+  Head head{header_, static_cast<uint32_t>(index_.size()), std::move(index_)};
+  AtomicFile file(path_);
+  file.write(written(head, describeHead));
+  const OpenFile records(records_.temporary());
+  std::vector<std::byte> piece;
+  for (uint64_t at = 0; at < bytes_; at += piece.size()) {
+    piece.resize(std::min(kPiece, bytes_ - at));
+    records.read(at, piece);
+    file.write(piece);
+  }
+  file.commit();
 }
 
 ViewFile::ViewFile(std::filesystem::path path) : file_(std::move(path)) {

@@ -46,8 +46,32 @@ struct PlacedRecord {
   std::vector<std::byte> record; // as encodeBlock makes it
 };
 
+// Entry of a block in the index of a view file.
+struct ViewIndexEntry {
+  uint32_t position = 0, size = 0, checksum = 0; // place in the grid; bytes of the record
+};
+
 // Bytes of a whole view file, for writeFileAtomically; `blocks` in row order.
 std::vector<std::byte> viewFileBytes(const ViewHeader& header, std::span<const PlacedRecord> blocks);
+
+// Writes a view file piece by piece. Records wait in a temporary file beside it, because the index stands
+// before them; 12 bytes of each are in memory.
+class ViewFileWriter {
+public:
+  // Throws Error where the temporary cannot be written, as do the methods.
+  ViewFileWriter(std::filesystem::path path, const ViewHeader& header);
+  // Appends blocks, in row order over all calls.
+  void add(std::span<const PlacedRecord> blocks);
+  // Replaces the file at the path.
+  void commit();
+
+private:
+  std::filesystem::path path_;
+  ViewHeader header_;
+  AtomicFile records_; // never committed
+  uint64_t bytes_ = 0; // of records
+  std::vector<ViewIndexEntry> index_;
+};
 
 // An open view file. Stored blocks are numbered from 0 in row order. Safe to read from many threads at once.
 class ViewFile {

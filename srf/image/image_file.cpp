@@ -54,8 +54,10 @@ namespace {
 
 // Formats of photographs whose readers have been tested with damaged files (tests/fuzz). Other readers of
 // OpenImageIO trust sizes in damaged headers, or search them without end.
-constexpr std::array<std::string_view, 11> foreignExtensions = {
-    ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
+constexpr std::array<std::string_view, 22> foreignExtensions = {
+    ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp",
+    // camera raw
+    ".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2", ".srw"};
 
 // Throws Error for pictures that are cut off or have holes, which decoders fill up.
 void requireWhole(const std::filesystem::path& path, std::string_view extension) {
@@ -67,8 +69,9 @@ void requireWhole(const std::filesystem::path& path, std::string_view extension)
 
 Picture readForeignPicture(const std::filesystem::path& path, ForeignExtent extent) {
   if (!isPictureName(path))
-    throw Error::mismatch("a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm or .webp",
-                          "'" + path.extension().string() + "'")
+    throw Error::mismatch(
+        "a picture of type .exr, .png, .jpg, .tif, .hdr, .bmp, .tga, .ppm, .webp or camera raw",
+        "'" + path.extension().string() + "'")
         .in(path);
   ::close(openForReading(path)); // throws with the reason
   static auto* const readForeign = reinterpret_cast<ReadForeign*>(foreignDoor(readForeignSymbol));

@@ -1,6 +1,7 @@
 #include "srf/model/manifest.h"
 
 #include "srf/capture/json_fields.h"
+#include "srf/weights/reflectance_field.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 
@@ -17,6 +18,7 @@ namespace {
 using capture::Json, capture::numberOf, capture::required, capture::shown, capture::textOf;
 
 int versionOf(const Manifest& manifest) {
+  if (manifest.gridStep > 0) return kGridVersion;
   if (!manifest.tables.empty()) return kTablesVersion;
   return manifest.alphaChecksums.empty() ? kModelVersion : kAlphaVersion;
 }
@@ -46,6 +48,7 @@ Json jsonOf(const Manifest& manifest) {
                {"view_checksums", manifest.viewChecksums}};
   if (manifest.interpolation.kind == weights::Interpolation::shared)
     json["interpolation"]["otherwise"] = weights::nameOf(manifest.interpolation.otherwise);
+  if (manifest.gridStep > 0) json["grid_step"] = manifest.gridStep;
   if (!manifest.levels.empty()) json["checksums"]["levels.bin"] = manifest.levels;
   if (!manifest.shadows.empty()) json["checksums"]["shadows.bin"] = manifest.shadows;
   if (!manifest.tables.empty()) json["checksums"]["tables.bin"] = manifest.tables;
@@ -61,6 +64,12 @@ size_t countOf(const Json& value) {
 bool flagOf(const Json& value) {
   if (!value.is_boolean()) throw Error::mismatch("true or false", shown(value));
   return value.get<bool>();
+}
+
+int gridStepOf(const Json& value) {
+  for (const int step : {1, 2, 4, weights::kCoarsestGrid})
+    if (value == step) return step;
+  throw Error::mismatch("1, 2, 4 or 8", shown(value));
 }
 
 std::vector<std::string> textsOf(const Json& value) {
@@ -123,8 +132,8 @@ std::string manifestText(const Manifest& manifest) { return capture::sealedText(
 
 Manifest parseManifest(std::string_view text, const std::filesystem::path& path) {
   return inFile(path, [&] {
-    const Json json =
-        capture::parseSealed(text, kSurfelFormat, {kModelVersion, kAlphaVersion, kTablesVersion});
+    const Json json = capture::parseSealed(text, kSurfelFormat,
+                                           {kModelVersion, kAlphaVersion, kTablesVersion, kGridVersion});
     Manifest manifest;
     manifest.white = required(json, "white", whiteOf);
     manifest.tolerance = required(json, "tolerance", numberOf);
@@ -145,7 +154,8 @@ Manifest parseManifest(std::string_view text, const std::filesystem::path& path)
       throw Error::mismatch("version " + std::to_string(kTablesVersion), shown(json["version"]))
           .at("interpolation shared");
     manifest.viewChecksums = required(json, "view_checksums", textsOf);
-    if (json["version"] == kAlphaVersion) {
+    if (json["version"] == kGridVersion) manifest.gridStep = required(json, "grid_step", gridStepOf);
+    if (json["version"] == kAlphaVersion || (manifest.gridStep > 0 && json.contains("alpha_checksums"))) {
       manifest.alphaChecksums = required(json, "alpha_checksums", textsOf);
       if (const size_t alphas = manifest.alphaChecksums.size(), views = manifest.viewChecksums.size();
           alphas != views || alphas == 0)

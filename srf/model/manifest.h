@@ -20,6 +20,9 @@ inline constexpr int kAlphaVersion = 6;
 // Version of a model with tables. All else is as in kModelVersion.
 inline constexpr int kTablesVersion = 7;
 
+// Version of a model with a pixel grid, which may have alpha planes. All else is as in kModelVersion.
+inline constexpr int kGridVersion = 8;
+
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kSurfelFormat = "surflect model"; // tag of a surface reflectance field
 
@@ -34,6 +37,7 @@ struct Manifest {
   weights::LightBlend lightBlend;
   weights::InterpolationChoice interpolation; // the default where a file states none
   size_t surfels = 0, views = 0, lights = 0;
+  int gridStep = 0;                   // PixelGrid::step; 0 without a grid
   std::string rig, cloud, visibility; // checksums of transforms.json, surfels.ply and fades.bin
   // Checksums of levels.bin, shadows.bin and tables.bin; empty without such a file.
   std::string levels = {}, shadows = {}, tables = {};

@@ -5,6 +5,7 @@
 #include "srf/model/manifest.h"
 #include "srf/model/model_files.h"
 #include "srf/model/pack_folder.h"
+#include "srf/model/pixel_grid.h"
 #include "srf/weights/nearest_pairs.h"
 #include "srf/weights/shadow_state.h"
 #include "surfel/base/error.h"
@@ -324,6 +325,10 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
       requireCount("surfels", surfels, manifest.surfels, manifestPath);
       requireCount("views", views, manifest.views, manifestPath);
       requireCount("lights", model.rig.lights.size(), manifest.lights, manifestPath);
+      if (manifest.gridStep == 0) return;
+      requireCount("views of a grid", 1, views, manifestPath);
+      model.grid = pixelGrid(model.rig.views[0].camera.lens, manifest.gridStep);
+      requireCount("surfels of a grid", model.grid->corners(), surfels, manifestPath);
     });
   }
   checks.conclude();
@@ -339,7 +344,8 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   model.middle = middleOf(model.cloud.p0);
   model.levels = levelsOfDetail(model.cloud, progress);
   model.visibility = std::move(content.visibility);
-  if (!model.rig.lights.empty())
+  model.grid = content.grid;
+  if (!model.rig.lights.empty() && !model.grid)
     model.lightVisibility = weights::shadowStates(model.cloud, occludersOf(model.cloud, *model.levels),
                                                   model.rig.lights, progress);
   for (size_t view = 0; view < model.rig.views.size(); ++view)
@@ -381,6 +387,7 @@ void writeModel(const Model& model, const Progress& progress) {
                     .surfels = model.cloud.size(),
                     .views = model.rig.views.size(),
                     .lights = model.rig.lights.size(),
+                    .gridStep = model.grid ? model.grid->step : 0,
                     .rig = checksumOf(kRigFile),
                     .cloud = checksumOf(kSurfelFile),
                     .visibility = checksumOf(kFadeFile),

@@ -10,6 +10,7 @@
 #include "surfel/base/time.h"
 
 #include <filesystem>
+#include <optional>
 
 namespace surflect::model {
 
@@ -25,11 +26,13 @@ struct ModelContent {
   weights::VisibilityWeights visibility;
   double white, tolerance;
   weights::LightBlend lightBlend;
-  bool hasAlpha = false; // whether the folder has an alpha file for each view
+  bool hasAlpha = false;                       // whether the folder has an alpha file for each view
+  std::optional<weights::PixelGrid> grid = {}; // of the cloud
 };
 
 // Makes a model in a folder that has its view and alpha files already: with levels of detail, shadow states
-// and open files, but without identity, as it has not been written. Throws Error as ViewFile, and Cancelled.
+// (not with a grid) and open files, but without identity, as it has not been written. Throws Error as
+// ViewFile, and Cancelled.
 Model makeModel(const std::filesystem::path& folder, ModelContent content, const Progress& progress = {});
 
 // Writes a model into its folder, which has the view and alpha files already. The manifest is written last: a

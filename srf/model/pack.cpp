@@ -7,6 +7,7 @@
 #include "srf/model/model_files.h"
 #include "srf/model/pack_folder.h"
 #include "srf/model/pack_prepass.h"
+#include "srf/model/pixel_grid.h"
 #include "srf/model/shared_surface.h"
 #include "srf/proxy/mesh/enclosed.h"
 #include "srf/weights/visibility_weights.h"
@@ -198,6 +199,91 @@ NormalsFrom normalsOf(proxy::Impostor::Origin origin) {
   return origin == proxy::Impostor::Origin::relief ? NormalsFrom::photographs : NormalsFrom::shape;
 }
 
+// How the only view of a model with a pixel grid is read: by bands of rows.
+struct GridSource {
+  weights::PixelGrid grid;
+  std::optional<image::Image> matte; // of the view
+  int width = 0, height = 0;
+  int shrink = 1;   // of the survey
+  int bandRows = 0; // whole blocks
+
+  capture::ViewPart part(int top) const {
+    return {.top = top, .rows = std::min(bandRows, height - top), .matte = matte ? &*matte : nullptr};
+  }
+  capture::ViewPart survey() const { return {.shrink = shrink, .matte = matte ? &*matte : nullptr}; }
+  int bands() const { return (height + bandRows - 1) / bandRows; }
+};
+
+constexpr double kBytesPerValue = 12.6; // of a photograph's pixel in memory
+
+// Memory for the photographs of a band. It grows with the picture, as reading one photograph does.
+double bandBytes(double pixels) { return std::max(1e9, 10 * kBytesPerValue * pixels); }
+
+// The grid of a plane or relief; none for other geometry.
+std::optional<GridSource> gridSourceOf(const PackSource& source, proxy::Impostor::Origin origin,
+                                       const PackOptions& options,
+                                       std::span<const std::vector<size_t>> frames,
+                                       const Progress& progress) {
+  const bool isPlane = origin == proxy::Impostor::Origin::plane;
+  if (!source.isOnDisk() || (!isPlane && origin != proxy::Impostor::Origin::relief)) return std::nullopt;
+  constexpr size_t kMostCorners = 4'000'000; // a default
+  const capture::Lens& lens = source.training().views[0].camera.lens;
+  GridSource made{.width = lens.width, .height = lens.height, .shrink = proxy::reliefShrink(lens)};
+  if (options.surfels)
+    made.grid = pixelGridWithin(lens, 1, *options.surfels);
+  else
+    made.grid =
+        isPlane ? pixelGrid(lens, weights::kCoarsestGrid) : pixelGridWithin(lens, made.shrink, kMostCorners);
+  made.matte = capture::readViewMatte(source.training(), frames[0], progress);
+  const double row = kBytesPerValue * lens.width * static_cast<double>(frames[0].size());
+  const double blockRows = bandBytes(1.0 * lens.width * lens.height) / (row * codec::blockSize);
+  made.bandRows = codec::blockSize * static_cast<int>(std::clamp(blockRows, 1.0, 4096.0));
+  return made;
+}
+
+PackEstimate estimateGrid(const PackSource& source, std::span<const size_t> frames, const GridSource& grid,
+                          double secondsSoFar, const Progress& progress) {
+  const double pixels = 1.0 * grid.width * grid.height, photographs = static_cast<double>(frames.size());
+  const double values = 3 * pixels * photographs, corners = static_cast<double>(grid.grid.corners());
+  const double stack = kBytesPerValue * pixels * photographs;
+  const double reading = std::max(capture::kReadingBytes, capture::kBytesWhileRead * pixels);
+  PackEstimate estimate;
+  estimate.surfels = grid.grid.corners();
+  estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * corners);
+  estimate.memoryBytes = static_cast<uint64_t>(
+      std::max(static_cast<double>(memoryUse().peakBytes),
+               static_cast<double>(memoryUse().anonymousBytes) + std::min(stack, bandBytes(pixels)) +
+                   std::min(reading, capture::kBytesWhileRead * pixels * photographs)));
+  estimate.seconds = secondsSoFar + photographs * (1 + grid.bands()) * source.secondsPerPicture(progress) +
+                     kSecondsPerValue * values;
+  return estimate;
+}
+
+// Encodes the only view band by band, and writes its files.
+void encodeBands(const PackSource& source, std::span<const size_t> frames, const GridSource& grid,
+                 const std::filesystem::path& folder, const codec::EncodeOptions& options, PackReport& report,
+                 const Progress& progress) {
+  codec::ViewSummary summary;
+  codec::ViewFileWriter file(folder / viewFilePath(0),
+                             codec::headerOf(grid.width, grid.height, frames.size(), options));
+  const auto bands = static_cast<size_t>(grid.bands());
+  for (size_t band = 0; band < bands; ++band) {
+    const int top = static_cast<int>(band) * grid.bandRows;
+    const Progress ofBand = stepOf(progress, "", band, bands), reading = stepOf(ofBand, "", 0, 2),
+                   encoding = stepOf(ofBand, "", 1, 2);
+    const ViewPictures pictures = readPicturePart(source.training(), frames, grid.part(top), reading);
+    report.invalidTexels += pictures.invalidTexels;
+    const codec::EncodedRows rows = codec::encodeRows(pictures.stack, top, options, encoding);
+    file.add(rows.records);
+    summary += rows.summary;
+  }
+  file.commit();
+  summary.fileBytes = std::filesystem::file_size(folder / viewFilePath(0));
+  if (report.isTranslucent && grid.matte) writeAlpha(folder, 0, codec::AlphaPlane(*grid.matte));
+  writeSummary(folder, 0, summary);
+  report.ofView[0] = std::move(summary);
+}
+
 } // namespace
 
 PackReport pack(PackSource& source, const std::filesystem::path& folder, const PackOptions& options,
@@ -221,16 +307,25 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     return options.surfels ? spacingFor(surface, *options.surfels)
                            : std::max(footprint / 2, spacingFor(surface, most));
   };
+  const std::optional<GridSource> gridSource =
+      gridSourceOf(source, geometry.origin, options, frames, progress);
   const std::string identity = packIdentity(source, options.tolerance, options.opaque, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
-  const TriangleMesh surface =
-      proxy::withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, most)), progress);
-  if (announce)
-    announce(
-        estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(), progress));
-  SurfelCloud cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
+  SurfelCloud cloud;
+  if (gridSource) {
+    if (announce) announce(estimateGrid(source, frames[0], *gridSource, surfelWatch.seconds(), progress));
+    cloud = cornersOf(gridSource->grid, capture.views[0].camera, mesh, impostor, progress);
+  } else {
+    const TriangleMesh surface =
+        proxy::withoutEnclosed(mesh, impostor, std::max(footprint, spacingFor(mesh, most)), progress);
+    if (announce)
+      announce(estimatePack(source, frames, surface, spacingOn(surface), impostor, surfelWatch.seconds(),
+                            progress));
+    cloud = sampleSurfels(surface, spacingOn(surface), 1, progress);
+  }
   report.surfels = cloud.size();
+  if (gridSource) report.gridStep = gridSource->grid.step;
   report.pixelsBetweenSurfels = pixelsBetween(cloud, capture);
   for (const capture::View& view : capture.views) report.views.push_back(view.identity);
   report.lights = capture.lights.size();
@@ -243,7 +338,9 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   if (resumes && std::filesystem::exists(folder / surveyPath()))
     surveyed = parsePackPrepass(readFile(folder / surveyPath()));
   if (!std::filesystem::exists(identityPath)) writeFileAtomically(identityPath, identity);
-  if (!surveyed) surveyed = prepass(source, frames, mesh, normalsOf(geometry.origin), impostor, progress);
+  if (!surveyed)
+    surveyed = prepass(source, frames, mesh, normalsOf(geometry.origin), impostor,
+                       gridSource ? std::optional(gridSource->survey()) : std::nullopt, progress);
   codec::EncodeOptions store;
   store.tolerance = options.tolerance;
   store.white = report.white = surveyed->white;
@@ -261,7 +358,8 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   std::vector<capture::Camera<AcquisitionSpace>> cameras;
   for (const auto& view : capture.views) cameras.push_back(view.camera);
   weights::VisibilityWeights visibility =
-      report.isTranslucent && options.impostor.hull
+      gridSource ? weights::VisibilityWeights{1, std::vector<uint8_t>(cloud.size(), 255)}
+      : report.isTranslucent && options.impostor.hull
           ? weights::opacityHullWeights(cloud, cameras, progress)
           : weights::visibilityWeights(cloud, cameras, impostor, progress);
   report.fadeSeconds = fadeWatch.seconds();
@@ -282,6 +380,10 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
     const size_t view = missing[i];
     const Progress ofView = stepOf(progress, "reflectance images", i, missing.size());
     ofView("", 0);
+    if (gridSource) {
+      encodeBands(source, frames[view], *gridSource, folder, store, report, ofView);
+      continue;
+    }
     const MattedView loaded =
         fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
     const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
@@ -293,10 +395,11 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   for (const codec::ViewSummary& summary : report.ofView) report.store += summary;
   Model model = makeModel(folder,
                           {rigOf(capture, frames), std::move(cloud), std::move(visibility), store.white,
-                           store.tolerance, surveyed->lights.blend, report.isTranslucent},
+                           store.tolerance, surveyed->lights.blend, report.isTranslucent,
+                           gridSource ? std::optional(gridSource->grid) : std::nullopt},
                           progress);
   std::optional<SharedSample> shared;
-  if (options.tables && canShare(model) && canLeaveOut(model)) {
+  if (options.tables && !gridSource && canShare(model) && canLeaveOut(model)) {
     shared = shareSample(model, progress);
     // As it will be opened:
     model.shared = unpackTables(packTables(spreadOver(model, *shared, progress)), model.cloud.size());

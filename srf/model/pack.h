@@ -56,6 +56,7 @@ struct PackReport {
   std::vector<proxy::Impostor::Fit> fits; // as in Impostor
   size_t surfels = 0, lights = 0, resumedViews = 0;
   double pixelsBetweenSurfels = 0; // see pixelsBetween
+  int gridStep = 0;                // PixelGrid::step; 0 without a grid
   std::vector<std::string> views;  // identities of the views
   double white = 0;
   LightBlendSelection lightChoice;

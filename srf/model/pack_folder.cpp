@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 
 fs::path errorPath(size_t view) { return viewFilePath(view).replace_extension(".error"); }
 
-std::string errorText(std::span<const std::byte> file, const codec::ViewSummary& summary) {
-  return fmt::format("{:016x} {:.17g} {:.17g}\n", contentHash(file), summary.squaredError,
+std::string errorText(const codec::ViewFile& file, const codec::ViewSummary& summary) {
+  return fmt::format("{:016x} {:.17g} {:.17g}\n", file.checksum(), summary.squaredError,
                      summary.clippedSquaredError);
 }
 
@@ -42,8 +42,9 @@ bool isOfViews(const std::string& name) {
   size_t view = 0;
   const auto [end, status] = std::from_chars(name.data(), name.data() + name.size(), view);
   return name == "survey" || (status == std::errc() &&
-                              (viewFilePath(view).filename() == name || errorPath(view).filename() == name ||
-                               alphaFilePath(view).filename() == name));
+                              (viewFilePath(view).filename() == name ||
+                               viewFilePath(view).filename().string() + ".records" == name ||
+                               errorPath(view).filename() == name || alphaFilePath(view).filename() == name));
 }
 
 // Removes temporary files of a run that was killed.
@@ -93,8 +94,13 @@ void writeAlpha(const fs::path& folder, size_t view, const codec::AlphaPlane& pl
 }
 
 void writeView(const fs::path& folder, size_t view, const codec::EncodedView& encoded) {
-  writeFileAtomically(folder / errorPath(view), errorText(encoded.file, encoded.summary));
   writeFileAtomically(folder / viewFilePath(view), encoded.file);
+  writeSummary(folder, view, encoded.summary);
+}
+
+void writeSummary(const fs::path& folder, size_t view, const codec::ViewSummary& summary) {
+  writeFileAtomically(folder / errorPath(view),
+                      errorText(codec::ViewFile(folder / viewFilePath(view)), summary));
 }
 
 bool isAlphaFinished(const fs::path& folder, size_t view, int width, int height) {
@@ -113,15 +119,15 @@ std::optional<codec::ViewSummary> finishedView(const fs::path& folder, size_t vi
   const auto path = folder / viewFilePath(view);
   if (!fs::exists(path) || !fs::exists(folder / errorPath(view))) return std::nullopt;
   try {
-    const std::string bytes = readFile(path), record = readFile(folder / errorPath(view), 1 << 12);
+    const codec::ViewFile file(path);
+    const std::string record = readFile(folder / errorPath(view), 1 << 12);
     codec::ViewSummary summary;
     std::istringstream words(record);
     words.imbue(std::locale::classic());
     std::string hash;
     words >> hash >> summary.squaredError >> summary.clippedSquaredError;
-    if (errorText(std::as_bytes(std::span(bytes)), summary) != record) return std::nullopt;
-    const codec::ViewFile file(path);
-    summary.fileBytes = bytes.size();
+    if (errorText(file, summary) != record) return std::nullopt;
+    summary.fileBytes = fs::file_size(path);
     for (uint32_t index = 0; index < file.blockCount(); ++index) {
       const codec::Block block = file.read(index);
       summary.objectTexels += static_cast<uint64_t>(std::popcount(block.present));

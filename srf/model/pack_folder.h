@@ -32,6 +32,8 @@ void claimPackFolder(const std::filesystem::path& folder);
 void writeAlpha(const std::filesystem::path& folder, size_t view, const codec::AlphaPlane& plane);
 // Writes a view file, and beside it its summary, which cannot be recomputed without the photographs.
 void writeView(const std::filesystem::path& folder, size_t view, const codec::EncodedView& encoded);
+// Writes the summary of a view file that is there already.
+void writeSummary(const std::filesystem::path& folder, size_t view, const codec::ViewSummary& summary);
 // Summary of a view file of an earlier run; empty unless file and summary are complete.
 std::optional<codec::ViewSummary> finishedView(const std::filesystem::path& folder, size_t view);
 // Returns whether an earlier run has written the alpha file of a view of this size.

@@ -46,6 +46,12 @@ MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<Acquisi
   return view;
 }
 
+MattedView wholeView(ViewPictures pictures) {
+  MattedView view{std::move(pictures.stack), {}, pictures.invalidTexels};
+  view.object = image::objectMask(view.stack.alpha);
+  return view;
+}
+
 namespace {
 
 // Alpha that 8 bits tell from clear and from opaque.
@@ -142,7 +148,7 @@ void addSamples(const MattedView& view, const capture::Camera<AcquisitionSpace>&
 
 PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
                     NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor,
-                    const Progress& progress) {
+                    const std::optional<capture::ViewPart>& part, const Progress& progress) {
   constexpr size_t kViews = 8, kTexels = 4000;
   const capture::Capture& capture = source.training();
   // Full product: every view has a frame of each light, since none has two of one light.
@@ -157,11 +163,13 @@ PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> fra
   const size_t count = surveyed.size();
   for (size_t i = 0; i < count; ++i) {
     const size_t number = surveyed[i];
-    const auto& camera = capture.views[number].camera;
+    capture::Camera<AcquisitionSpace> camera = capture.views[number].camera;
+    if (part) camera.lens = capture::shrunk(camera.lens, part->shrink);
     const Progress ofView = stepOf(progress, "survey", i, count);
     ofView("", 0);
     const MattedView view =
-        fillMissingMatte(source.pictures(frames[number], false, ofView), camera, impostor);
+        part ? wholeView(readPicturePart(capture, frames[number], *part, ofView))
+             : fillMissingMatte(source.pictures(frames[number], false, ofView), camera, impostor);
     white.add(view.stack, view.object, progress);
     translucency.add(view.stack.alpha);
     if (surface) addSamples(view, camera, capture.lights, *surface, impostor, kTexels / count, samples);

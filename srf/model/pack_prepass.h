@@ -1,6 +1,7 @@
 // Survey of a few views before encoding: white level, light blend, and whether alpha matters.
 #pragma once
 
+#include "srf/capture/photograph.h"
 #include "srf/codec/view_encoder.h"
 #include "srf/image/image.h"
 #include "srf/image/mask.h"
@@ -28,6 +29,9 @@ struct MattedView {
 // off by a pixel or two would show background, colours are continued from further inside.
 MattedView fillMissingMatte(ViewPictures pictures, const capture::Camera<AcquisitionSpace>& camera,
                             const RayCaster<AcquisitionSpace>& impostor);
+
+// Pictures of the only view of a model with a pixel grid; without a matte, the whole picture is the object.
+MattedView wholeView(ViewPictures pictures);
 
 // Tells whether alpha shows a translucent object, or only the edges of an opaque one.
 
@@ -72,10 +76,11 @@ struct PackPrepass {
 // Surveys up to eight evenly chosen views. The white level is the 99.5th percentile of the object's radiance
 // over all channels; the light blend is selected if every view has every light. `frames` are indices into
 // source.training().frames, by view; `impostor` casts rays at `mesh`; `normals` says how the mesh's normals
-// were found. Throws Error if no photograph shows the object, and Cancelled.
+// were found. `part`: for a model with a pixel grid, how its view is read. Throws Error if no photograph
+// shows the object, and Cancelled.
 PackPrepass prepass(PackSource& source, std::span<const std::vector<size_t>> frames, const TriangleMesh& mesh,
                     NormalsFrom normals, const RayCaster<AcquisitionSpace>& impostor,
-                    const Progress& progress);
+                    const std::optional<capture::ViewPart>& part, const Progress& progress);
 
 // Text form of a survey, which pack keeps so that a resumed run need not repeat it.
 std::string packPrepassText(const PackPrepass& survey);

@@ -36,14 +36,27 @@ std::string CaptureSource::identity() const {
   return fmt::format("capture {:016x}", contentHash(description));
 }
 
-ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
-                              const Progress& progress) {
-  assert(!frames.empty());
-  capture::ViewPhotographs photographs = capture::readViewPhotographs(capture, frames, progress);
+namespace {
+
+ViewPictures picturesOf(capture::ViewPhotographs photographs) {
   const int width = photographs.alpha.width, height = photographs.alpha.height;
   return {{width, height, std::move(photographs.radiance), std::move(photographs.alpha)},
           photographs.hasMatte,
           photographs.invalidTexels};
+}
+
+} // namespace
+
+ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
+                              const Progress& progress) {
+  assert(!frames.empty());
+  return picturesOf(capture::readViewPhotographs(capture, frames, progress));
+}
+
+ViewPictures readPicturePart(const capture::Capture& capture, std::span<const size_t> frames,
+                             const capture::ViewPart& part, const Progress& progress) {
+  assert(!frames.empty());
+  return picturesOf(capture::readViewPart(capture, frames, part, progress));
 }
 
 ViewPictures CaptureSource::pictures(std::span<const size_t> frames, bool, const Progress& progress) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/capture/photograph.h"
 #include "srf/codec/view_encoder.h"
 #include "srf/proxy/impostor.h"
 #include "surfel/base/time.h"
@@ -22,6 +23,10 @@ struct ViewPictures {
 ViewPictures readViewPictures(const capture::Capture& capture, std::span<const size_t> frames,
                               const Progress& progress);
 
+// Part of the pictures of the only view; its alpha is 1 without a matte.
+ViewPictures readPicturePart(const capture::Capture& capture, std::span<const size_t> frames,
+                             const capture::ViewPart& part, const Progress& progress);
+
 class PackSource {
 public:
   virtual ~PackSource() = default;
@@ -36,6 +41,8 @@ public:
   // this view. Throws Error and Cancelled.
   virtual ViewPictures pictures(std::span<const size_t> frames, bool isLastTime,
                                 const Progress& progress) = 0;
+  // Whether training() names files, so that parts of the pictures can be read (readViewPart).
+  virtual bool isOnDisk() const { return false; }
   // Measured time of reading one frame; 0 if pictures are not read from disk.
   virtual double secondsPerPicture(const Progress&) const { return 0; }
 };
@@ -49,6 +56,7 @@ public:
   proxy::Impostor impostor(const proxy::ImpostorOptions& options, const Progress& progress) const override;
   std::string identity() const override; // includes size and modification time of the pictures
   ViewPictures pictures(std::span<const size_t> frames, bool isLastTime, const Progress& progress) override;
+  bool isOnDisk() const override { return true; }
   double secondsPerPicture(const Progress& progress) const override;
 
 private:

@@ -16,21 +16,32 @@
 #include <cassert>
 #include <filesystem>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
 
 namespace surflect::proxy {
 
+int reliefShrink(const capture::Lens& lens) {
+  constexpr double kMostPixels = 4e6;
+  int shrink = 1;
+  while (shrink < 8 && 1.0 * lens.width * lens.height > kMostPixels * shrink * shrink) shrink *= 2;
+  return shrink;
+}
+
 TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress) {
   assert(training.views.size() == 1);
-  const auto& camera = training.views[0].camera;
+  capture::Camera<AcquisitionSpace> camera = training.views[0].camera;
   std::vector<size_t> frames(training.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
-  const capture::ViewPhotographs photographs = capture::readViewPhotographs(training, frames, progress);
-  const image::Mask mask = image::objectMask(photographs.alpha);
+  const std::optional<image::Image> matte = capture::readViewMatte(training, frames, progress);
   TriangleMesh mesh;
   if (asRelief) {
+    const capture::ViewPart part{.shrink = reliefShrink(camera.lens), .matte = matte ? &*matte : nullptr};
+    const capture::ViewPhotographs photographs = capture::readViewPart(training, frames, part, progress);
+    const image::Mask mask = image::objectMask(photographs.alpha);
+    camera.lens = capture::shrunk(camera.lens, part.shrink);
     std::vector<capture::Light> lights;
     for (const capture::Frame& frame : training.frames)
       if (frame.light) lights.push_back(training.lights[*frame.light]);
@@ -43,7 +54,9 @@ TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, cons
       throw std::move(error).at("lights").in(training.file);
     }
   } else {
-    mesh = relief::planeMesh(camera, mask);
+    image::Mask mask(camera.lens.width, camera.lens.height);
+    std::ranges::fill(mask.inside, uint8_t{1});
+    mesh = relief::planeMesh(camera, matte ? image::objectMask(*matte) : mask);
   }
   if (mesh.triangles.empty()) throw Error("no photograph shows anything of the object").in(training.file);
   return mesh;

@@ -14,6 +14,10 @@ namespace surflect::proxy {
 
 // Geometry for a capture with one camera and no mesh.
 
+// Power of two by which photographs of one view are shrunk (readViewPart) before a relief is made of them, so
+// that they have at most four megapixels; at most 8.
+int reliefShrink(const capture::Lens& lens);
+
 // Returns the part of the frontal plane (frontal_plane.h) that mattes show or, without mattes, that the
 // picture shows. If `asRelief`, the surface follows the normals found by photometric stereo (photometric.h).
 // Throws Error, also if the lights do not determine normals, and Cancelled.

@@ -12,12 +12,27 @@
 #include "surfel/cloud.h"
 #include "surfel/level_of_detail.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
 namespace surflect::weights {
+
+// Surfels of a model of one view, as corners of squares of the view's pixels; see srf/model/pixel_grid.h.
+inline constexpr int kCoarsestGrid = 8; // pixels
+struct PixelGrid {
+  int step = kCoarsestGrid;  // pixels between corners: 1, 2, 4 or 8
+  int columns = 0, rows = 0; // of corners
+
+  size_t corners() const { return static_cast<size_t>(columns) * static_cast<size_t>(rows); }
+  // Surfel at pixel (step * column, step * row).
+  size_t corner(int column, int row) const {
+    return static_cast<size_t>(row) * static_cast<size_t>(columns) + static_cast<size_t>(column);
+  }
+  friend bool operator==(const PixelGrid&, const PixelGrid&) = default;
+};
 
 struct ReflectanceField {
   std::filesystem::path folder;
@@ -45,6 +60,8 @@ struct ReflectanceField {
   // separately.
   bool isFullProduct = false;
   bool hasNearPairs = false; // nearest_pairs.h; true of a full product
+
+  std::optional<PixelGrid> grid; // of a model of one view, whose pixels are drawn one by one
 };
 
 } // namespace surflect::weights

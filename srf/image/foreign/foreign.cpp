@@ -47,6 +47,14 @@ std::unique_ptr<OIIO::ImageInput> opened(const char* path, int64_t granted) {
   // Ask for straight alpha; otherwise OpenImageIO premultiplies in encoded space.
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);
+  // Ask for linear values of camera raw that are in one scale for all photographs: white balance and white
+  // level of the camera, not of each picture. Sensor pixels stay where they are.
+  wish.attribute("raw:ColorSpace", "sRGB-linear");
+  wish.attribute("raw:use_camera_wb", 0);
+  wish.attribute("raw:use_auto_wb", 0);
+  wish.attribute("raw:auto_bright", 0);
+  wish.attribute("raw:adjust_maximum_thr", 0.f);
+  wish.attribute("raw:user_flip", 0);
   static std::mutex limiting; // guards settings of the whole process
   const std::lock_guard lock(limiting);
   OIIO::attribute("try_all_readers", 0);

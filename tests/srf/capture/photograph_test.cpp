@@ -496,6 +496,52 @@ TEST_F(PhotographFile, PhotographsOfAViewShareOneMatte) {
   EXPECT_TRUE(readViewPhotographs(capture, {}).radiance.empty());
 }
 
+TEST_F(PhotographFile, RowsOfAViewAreThoseOfTheWhole) {
+  for (unsigned i = 0; i < 9; ++i) {
+    const std::string name = std::to_string(i);
+    image::writeExr(folder / (name + ".exr"), image::randomImage(width, height, 4, 0, 1, i),
+                    image::Precision::single);
+    image::writePng(folder / (name + ".png"), image::randomImage(width, height, 1, 0, 1, 100 + i));
+    add(name + ".exr").mask = name + ".png";
+  }
+  std::vector<size_t> frames(capture.frames.size());
+  std::iota(frames.begin(), frames.end(), size_t{0});
+  const ViewPhotographs whole = readViewPhotographs(capture, frames);
+  const std::optional<image::Image> matte = readViewMatte(capture, frames);
+  ASSERT_TRUE(matte);
+  EXPECT_EQ(matte->values, whole.alpha.values);
+  const int top = height / 3;
+  const ViewPhotographs rows = readViewPart(capture, frames, {.top = top, .rows = 2, .matte = &*matte});
+  const ViewPhotographs half = readViewPart(capture, frames, {.shrink = 2, .matte = &*matte});
+  EXPECT_EQ(half.alpha.width, (width + 1) / 2);
+  for (size_t i = 0; i < frames.size(); ++i)
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < width; ++x) {
+        EXPECT_EQ(rows.alpha.at(x, y)[0], matte->at(x, top + y)[0]);
+        if (matte->at(x, top + y)[0] < 1 / 16.f) continue;
+        for (size_t c = 0; c < 3; ++c)
+          EXPECT_EQ(rows.radiance[i].at(x, y)[c], whole.radiance[i].at(x, top + y)[c]) << i;
+      }
+  float color = 0, alpha = 0; // of the first texel of half the size
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 2; ++x) {
+      color += matte->at(x, y)[0] * readViewPart(capture, frames, {.matte = &*matte}).radiance[0].at(x, y)[1];
+      alpha += matte->at(x, y)[0];
+    }
+  EXPECT_FLOAT_EQ(half.alpha.at(0, 0)[0], alpha / 4);
+  EXPECT_NEAR(half.radiance[0].at(0, 0)[1], color / alpha, 1e-6);
+}
+
+TEST_F(PhotographFile, PicturesWithoutMattesHaveNone) {
+  image::writePng(folder / "a.png", constant(3, {0.5f, 0.5f, 0.5f}));
+  add("a.png");
+  const std::vector<size_t> frames{0};
+  EXPECT_FALSE(readViewMatte(capture, frames));
+  const ViewPhotographs view = readViewPart(capture, frames, {.shrink = 4});
+  EXPECT_FALSE(view.hasMatte);
+  for (const float alpha : view.alpha.values) EXPECT_EQ(alpha, 1);
+}
+
 // A matting program that found nothing in one photograph has left the colours beneath.
 TEST_F(PhotographFile, StraightColoursBeneathAnEmptyMatteCount) {
   image::Image picture = image::randomImage(width, height, 4, 0.2f, 1, 8);

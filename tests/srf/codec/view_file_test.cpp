@@ -33,6 +33,50 @@ std::string messageOf(const std::filesystem::path& path) {
   return "none";
 }
 
+// Rows of a stack.
+ReflectanceStack rowsOf(const ReflectanceStack& stack, int top, int rows) {
+  const auto cut = [&](const image::Image& image) {
+    image::Image part(image.width, rows, image.channels);
+    const size_t row = part.values.size() / static_cast<size_t>(rows);
+    std::copy_n(image.values.begin() + static_cast<std::ptrdiff_t>(static_cast<size_t>(top) * row),
+                part.values.size(), part.values.begin());
+    return part;
+  };
+  ReflectanceStack part{stack.width, rows, {}, cut(stack.alpha)};
+  for (const image::Image& light : stack.lights) part.lights.push_back(cut(light));
+  return part;
+}
+
+TEST(ViewFile, WrittenByBandsOfRowsHasTheBytesOfTheWhole) {
+  const image::TemporaryFolder folder;
+  const ReflectanceStack stack = smallStack();
+  const EncodeOptions options{.tolerance = 0.02, .white = 3};
+  const EncodedView whole = encodeView(stack, options);
+  ViewSummary summary;
+  ViewFileWriter file(folder / "a.view", headerOf(stack.width, stack.height, stack.lights.size(), options));
+  for (const auto& [top, rows] : {std::pair(0, 8), std::pair(8, 16), std::pair(24, 13)}) {
+    const EncodedRows encoded = encodeRows(rowsOf(stack, top, rows), top, options);
+    file.add(encoded.records);
+    summary += encoded.summary;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.view"));
+  file.commit();
+  const std::string written = readFile(folder / "a.view");
+  EXPECT_EQ(written, std::string(reinterpret_cast<const char*>(whole.file.data()), whole.file.size()));
+  EXPECT_EQ(summary.objectTexels, whole.summary.objectTexels);
+  EXPECT_EQ(summary.values, whole.summary.values);
+  EXPECT_EQ(summary.blocksOfRank, whole.summary.blocksOfRank);
+}
+
+TEST(ViewFile, AnUnfinishedWriterLeavesNothing) {
+  const image::TemporaryFolder folder;
+  {
+    ViewFileWriter file(folder / "a.view", {16, 16, 1});
+    file.add(std::vector<PlacedRecord>{{{0, 0}, std::vector<std::byte>(100)}});
+  }
+  EXPECT_TRUE(image::contentOf(folder.path()).empty());
+}
+
 TEST(ViewFile, HoldsEveryObjectTexelWithinTheTolerance) {
   const image::TemporaryFolder folder;
   const ReflectanceStack stack = smallStack();
