@@ -37,16 +37,20 @@ def alpha_blocks(blocks):
     return np.take_along_axis(alphas, codes.astype(int), 1)
 
 
-def read_tiles(file, coding, maps, size, channels, is_patch):
-    """Bytes of maps [map, row, column, channel] of a table in coding 1 (DXT1) or 2 (DXT5)."""
-    per_tile = 1 if not is_patch else 6 if channels == 1 else 2
-    tiles = -(-maps // per_tile)
-    width, height = (-(-side // 4) * 4 for side in (size + is_patch, size))
-    blocks = file.take("u1", tiles * width * height // 16, 8 * coding)
+def read_pictures(file, coding, count, width, height):
+    """Bytes of pictures [picture, row, column, channel] in coding 1 (DXT1) or 2 (DXT5)."""
+    blocks = file.take("u1", count * width * height // 16, 8 * coding)
     texels = color_blocks(blocks[:, -8:], coding == 2)
     if coding == 2:
         texels = np.concatenate([texels, alpha_blocks(blocks[:, :8])[..., None]], -1)
-    texels = texels.reshape(-1, height // 4, width // 4, 4, 4, 3 + (coding == 2)).swapaxes(2, 3).reshape(tiles, height, width, 3 + (coding == 2))
+    texels = texels.reshape(-1, height // 4, width // 4, 4, 4, 3 + (coding == 2)).swapaxes(2, 3)
+    return texels.reshape(count, height, width, 3 + (coding == 2))
+
+
+def read_tiles(file, coding, maps, size, channels, is_patch):
+    """Bytes of maps [map, row, column, channel] of a table in coding 1 or 2."""
+    per_tile = 1 if not is_patch else 6 if channels == 1 else 2
+    texels = read_pictures(file, coding, -(-maps // per_tile), *(-(-side // 4) * 4 for side in (size + is_patch, size)))
     values = np.zeros((maps, size, size, channels), np.uint8)
     rows, columns = np.nonzero(np.add.outer(np.arange(size), np.arange(size)) < size + (0 if is_patch else size))
     for number in range(maps):

@@ -8,6 +8,7 @@
 import numpy as np
 
 from common import Folder, View, bilinear, main
+from s3tc import read_pictures
 from screen import Fragments, interior, unit
 
 
@@ -39,9 +40,22 @@ class Field:
         self.views = [StoredView(folder.rig, frame, file) for frame in frames]
         first = file.take("u4", len(self.positions) + 1)
         self.visible = np.split(file.take("u4", first[-1]), first[1:-1])
-        layers = folder.texels("texels.bin").reshape(len(frames), int(self.numbers["height"]), int(self.numbers["width"]), 4)
+        width, height = int(self.numbers["width"]), int(self.numbers["height"])
+        if (folder.path / "blocks.bin").exists():
+            file = folder.read("blocks.bin")
+            self.whites = file.take("f4", len(frames)).astype(float)
+            layers = read_pictures(file, 2, len(frames), width, height) / 255
+        else:
+            self.whites, layers = None, folder.texels("texels.bin").reshape(len(frames), height, width, 4)
         self.pictures = [layer[:view.height, :view.width] for layer, view in zip(layers, self.views)]
         self.centers = np.array([view.position for view in self.views])
+
+    def seen(self, number, points):
+        """Premultiplied colour and alpha of points in a view."""
+        stored = bilinear(self.pictures[number], *self.views[number].texels(points))
+        if self.whites is not None:
+            stored[:, :3] = stored[:, 3:] * self.whites[number] * stored[:, :3] ** 2
+        return stored
 
 
 def ulr_weights(directions, toward, _):
@@ -84,10 +98,10 @@ def show(field, camera, weights_at):
     points = camera.position + seen.depth[:, None] * camera.rays(seen.pixel)
     of_view = seen.blend(weights[field.triangles])
     colors = np.zeros((len(points), 4))
-    for number, (view, picture) in enumerate(zip(field.views, field.pictures)):
+    for number in range(len(field.views)):
         at = np.flatnonzero(of_view[:, number])
         if len(at):
-            colors[at] += of_view[at, number, None] * bilinear(picture, *view.texels(points[at]))
+            colors[at] += of_view[at, number, None] * field.seen(number, points[at])
     return composite(camera, seen, colors), interior(camera, seen)
 
 

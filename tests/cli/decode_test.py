@@ -118,6 +118,9 @@ class Decode(TestInFolder):
         self.assert_decoded("vdtm", ["--triangles", "600"])
         self.assert_decoded("vdtm-plane", ["--triangles", "600", "--domain", "plane"])
         self.assert_decoded("ulr", ["--triangles", "600", "--budget-mb", "2"])
+        # Blocks as above.
+        self.assert_decoded("vdtm-s3tc", ["--triangles", "600", "--s3tc"], decibels=50)
+        self.assert_decoded("ulr-s3tc", ["--triangles", "600", "--s3tc"], decibels=50)
 
     def test_spherical_light_field(self):
         # Pixels are wider than texels, so that mip levels are blended.

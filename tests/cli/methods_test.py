@@ -113,6 +113,9 @@ class Methods(TestInFolder):
             self.assertEqual(report["packed_bytes"], 8 * 32 * report["view_width"] * report["view_height"])
         self.assertEqual(vdtm["scale"], 1)
         self.assertLessEqual(ulr["packed_bytes"], 2**20)
+        small = succeed("pack", self.views, "--method", "vdtm", "-o", self.folder / "small.vdtm", "--triangles", "1000", "--s3tc")
+        self.assertLess(small["packed_bytes"], vdtm["packed_bytes"] / 7)  # sides are filled up to multiples of 4
+        self.assertEqual(small["packed_bytes"], 32 * small["view_width"] * small["view_height"])
 
     def test_the_report_of_opacity_light_field_maps_adds_up(self):
         olfm = self.reports["olfm"]

@@ -4,7 +4,8 @@
 
 #include <span>
 
-// The two binary files of an opacity light field: two views of 4 x 4 texels, and a mesh of four vertices.
+// The two binary files of an opacity light field: two views of 4 x 4 texels or a block, and a mesh of four
+// vertices.
 void surflect::fuzz_opacity_views(std::string_view input) {
   constexpr int kTexels = 4;
   const TwoFiles files = twoFilesOf(input);
@@ -13,6 +14,12 @@ void surflect::fuzz_opacity_views(std::string_view input) {
   field.cameras.resize(2);
   field.packed.width = field.packed.height = kTexels;
   olf::parseViews(std::as_bytes(std::span(files.first)), field);
+  try {
+    olf::PackedViews compressed = field.packed;
+    olf::parseBlocks(std::as_bytes(std::span(files.second)), compressed);
+    if (compressed.layerBlocks(1).size() != size_t{kTexels * kTexels}) __builtin_trap();
+  } catch (const Error&) {
+  }
   field.packed.texels.resize(size_t{2} * kTexels * kTexels);
   const OpenFile texels(memoryFile(files.second));
   lightfield::requireTexels(texels, field.packed.texels.size());

@@ -95,6 +95,8 @@ public:
   double number(std::string_view name, double lowest, double highest) const;
   // A whole number of the manifest. Throws Error if it is missing, not whole or outside lowest..highest.
   size_t count(std::string_view name, size_t lowest, size_t highest) const;
+  // Whether the manifest lists one of the format's own files.
+  bool has(std::string_view name) const { return entries_.contains(name); }
   // Path of one of the format's own files. Throws Error if the manifest does not list it.
   std::filesystem::path file(std::string_view name) const;
   // Opens one of the files. Throws Error unless it has the size and the checksum of the manifest; Cancelled.

@@ -71,7 +71,8 @@ void decodeAlphas(const uint8_t* block, BlockTexels& texels) {
 
 } // namespace
 
-std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height, Blocks kind) {
+std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height, Blocks kind,
+                                ColorFit fit) {
   assert(width % kSide == 0 && height % kSide == 0 && rgba.size() == kChannels * width * height);
   std::vector<uint8_t> blocks(width * height / kTexels * blockBytes(kind));
   forEachBlock(width, height, [&](size_t first, size_t block) {
@@ -81,7 +82,8 @@ std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, siz
     if (kind == Blocks::dxt1)
       for (Texel& texel : texels) texel[3] = 255;
     squish::Compress(texels[0].data(), blocks.data() + block * blockBytes(kind),
-                     (kind == Blocks::dxt5 ? squish::kDxt5 : squish::kDxt1) | squish::kColourClusterFit);
+                     (kind == Blocks::dxt5 ? squish::kDxt5 : squish::kDxt1) | squish::kColourClusterFit |
+                         (fit == ColorFit::byAlpha ? squish::kWeightColourByAlpha : 0));
   });
   return blocks;
 }

@@ -17,10 +17,13 @@ enum class Blocks { dxt1, dxt5 };
 inline constexpr int kBlockSide = 4; // texels
 constexpr size_t blockBytes(Blocks blocks) { return blocks == Blocks::dxt5 ? 16 : 8; }
 
+// Whose colours the two of a block fit best: all texels alike, or opaque ones more than transparent ones.
+enum class ColorFit { even, byAlpha };
+
 // Blocks of width x height RGBA texels, row by row; both must be multiples of 4. DXT1 takes all texels as
 // opaque.
 std::vector<uint8_t> s3tcBlocks(std::span<const uint8_t> rgba, size_t width, size_t height,
-                                Blocks kind = Blocks::dxt1);
+                                Blocks kind = Blocks::dxt1, ColorFit fit = ColorFit::even);
 
 // RGBA texels of blocks, as the extension defines them, each rounded to the nearest byte.
 std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, size_t height,

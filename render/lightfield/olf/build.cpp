@@ -3,11 +3,9 @@
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/olf/opacity_file.h"
 #include "render/lightfield/olf/opacity_hull.h"
-#include "render/lightfield/olf/packing.h"
 #include "render/lightfield/olf/triangle_blends.h"
 #include "surfel/base/time.h"
 
-#include <span>
 #include <vector>
 
 namespace surflect::olf {
@@ -34,7 +32,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   if (field.method == Blending::vdtm) requireTriangulable(field.visible);
   lap("visibility");
   PackingReport packing;
-  field.packed = packViews(views, training, options.budget, packing, progress);
+  field.packed = packViews(views, training, options.packing, packing, progress);
   lap("views");
   writeField(field, views.capture(), folder, progress);
   report.triangles = field.mesh.triangles.size();
@@ -45,7 +43,7 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
       static_cast<double>(field.visible.views.size()) / static_cast<double>(rings.vertices().size());
   report.width = field.packed.width, report.height = field.packed.height;
   report.scale = packing.scale, report.pictureBytes = packing.pictureBytes;
-  report.packedBytes = std::span(field.packed.texels).size_bytes();
+  report.packedBytes = field.packed.bytes();
   report.bytes = lightfield::LightFieldFolder(folder, kFormat, kVersion, progress).bytes();
   lap("write");
   return report;

@@ -3,6 +3,7 @@
 
 #include "render/lightfield/common/views.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/packing.h"
 #include "surfel/base/time.h"
 
 #include <cstddef>
@@ -19,9 +20,9 @@ struct BuildOptions {
   Domain domain = Domain::sphere;
   std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh
   Order order = Order::list;
-  bool hull = false;               // an opacity hull, even if the capture has a mesh
-  size_t triangles = 0;            // of the mesh, at most; 0: as it is
-  size_t budget = size_t{1} << 30; // bytes of the packed views
+  bool hull = false;    // an opacity hull, even if the capture has a mesh
+  size_t triangles = 0; // of the mesh, at most; 0: as it is
+  PackingOptions packing = {.budget = size_t{1} << 30};
 };
 
 struct BuildReport {

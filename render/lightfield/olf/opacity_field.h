@@ -73,16 +73,25 @@ using Texel = std::array<uint16_t, 4>;
 struct PackedView {
   Vec2<double> low = {0, 0}, scale = {1, 1};
   int width = 1, height = 1; // of the part that is used
+  float white = 0;           // of blocks: radiance that the byte 255 stands for
 };
 
+// Views as half floats, or as S3TC (DXT5) blocks. Blocks hold bytes of the root of a colour's share of white,
+// not premultiplied, and of alpha. Both are interpolated as they are stored.
 struct PackedViews {
-  int width = 1, height = 1; // of each layer
+  int width = 1, height = 1; // of each layer; of blocks multiples of 4
   std::vector<PackedView> views;
-  std::vector<Texel> texels; // layer by layer
+  std::vector<Texel> texels;   // layer by layer; none if there are blocks
+  std::vector<uint8_t> blocks; // layer by layer, a byte for each texel
 
+  bool isCompressed() const { return !blocks.empty(); }
+  size_t layerTexels() const { return static_cast<size_t>(width) * static_cast<size_t>(height); }
+  size_t bytes() const { return std::span(texels).size_bytes() + blocks.size(); }
   std::span<const Texel> layer(size_t view) const {
-    const size_t size = static_cast<size_t>(width) * static_cast<size_t>(height);
-    return std::span(texels).subspan(view * size, size);
+    return std::span(texels).subspan(view * layerTexels(), layerTexels());
+  }
+  std::span<const uint8_t> layerBlocks(size_t view) const {
+    return std::span(blocks).subspan(view * layerTexels(), layerTexels());
   }
 };
 

@@ -1,6 +1,7 @@
 #include "render/lightfield/olf/opacity_file.h"
 
 #include "render/lightfield/common/light_field_folder.h"
+#include "render/lightfield/lfm/s3tc.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
 
@@ -12,7 +13,8 @@ namespace {
 
 constexpr const char* kViewsFile = "views.bin";
 constexpr const char* kTexelsFile = "texels.bin";
-constexpr double kLongestSide = 16384; // texels; of textures of OpenGL
+constexpr const char* kBlocksFile = "blocks.bin"; // in place of texels.bin
+constexpr double kLongestSide = 16384;            // texels; of textures of OpenGL
 constexpr size_t kMostViews = 100000;
 
 // Numbers of the manifest. When they are read, the field has its mesh.
@@ -39,6 +41,16 @@ void describeViews(Archive& archive, OpacityField& field) {
   VisibleViews& visible = field.visible;
   archive.array<uint32_t>("first", visible.first, vertices + 1);
   archive.array<uint32_t>("visibleViews", visible.views, visible.first.back(), Below(views));
+}
+
+// blocks.bin. When it is read, there are the views and the size of a layer.
+void describeBlocks(Archive& archive, PackedViews& packed) {
+  std::vector<float> whites;
+  for (const PackedView& view : packed.views) whites.push_back(view.white);
+  archive.array<float>("white", whites, packed.views.size(), {1e-30f});
+  if (archive.isReading())
+    for (size_t view = 0; view < whites.size(); ++view) packed.views[view].white = whites[view];
+  archive.array<uint8_t>("blocks", packed.blocks, packed.views.size() * packed.layerTexels());
 }
 
 // Throws Error unless the views of each vertex follow those of the vertex before, and rise.
@@ -71,13 +83,25 @@ void writeField(const OpacityField& field, const capture::Capture& capture,
                 const std::filesystem::path& folder, const Progress& progress) {
   lightfield::LightFieldWriter writer(folder, kFormat, kVersion);
   writer.write(kViewsFile, written(field, describeViews));
-  writer.write(kTexelsFile, std::as_bytes(std::span(field.packed.texels)));
+  if (field.packed.isCompressed())
+    writer.write(kBlocksFile, written(field.packed, describeBlocks));
+  else
+    writer.write(kTexelsFile, std::as_bytes(std::span(field.packed.texels)));
   writer.commit(capture, field.mesh, lightfield::numbersOf(field, describeNumbers), progress);
 }
 
 void parseViews(std::span<const std::byte> bytes, OpacityField& field) {
   parse(bytes, [&](Archive& archive) { describeViews(archive, field); });
   requireRising(field.visible, field.mesh.positions.size());
+}
+
+void parseBlocks(std::span<const std::byte> bytes, PackedViews& packed) {
+  for (const int size : {packed.width, packed.height})
+    if (size % lfm::kBlockSide != 0)
+      throw Error::mismatch("multiples of 4",
+                            std::to_string(packed.width) + " x " + std::to_string(packed.height))
+          .at("size of a layer");
+  parse(bytes, [&](Archive& archive) { describeBlocks(archive, packed); });
 }
 
 OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress) {
@@ -95,9 +119,13 @@ OpacityField readField(const lightfield::LightFieldFolder& folder, const Progres
         .in(folder.path() / "transforms.json");
   for (const capture::Frame& frame : rig.frames) field.cameras.push_back(rig.views[frame.view].camera);
   folder.read(kViewsFile, progress, [&](std::span<const std::byte> bytes) { parseViews(bytes, field); });
+  if (folder.has(kBlocksFile)) {
+    folder.read(kBlocksFile, progress,
+                [&](std::span<const std::byte> bytes) { parseBlocks(bytes, field.packed); });
+    return field;
+  }
   const OpenFile texels = folder.checked(kTexelsFile, progress);
-  const size_t count =
-      views * static_cast<size_t>(field.packed.width) * static_cast<size_t>(field.packed.height);
+  const size_t count = views * field.packed.layerTexels();
   lightfield::requireTexels(texels, count);
   field.packed.texels.resize(count);
   lightfield::readTexels(texels, 0, field.packed.texels, progress);

@@ -28,5 +28,7 @@ OpacityField readField(const lightfield::LightFieldFolder& folder, const Progres
 // Reads the content of views.bin into a field that has its mesh, its cameras and the size of a layer. Throws
 // Error naming the field as readField() does.
 void parseViews(std::span<const std::byte> bytes, OpacityField& field);
+// Reads the content of blocks.bin into views of parseViews(). Throws Error likewise.
+void parseBlocks(std::span<const std::byte> bytes, PackedViews& packed);
 
 } // namespace surflect::olf

@@ -40,7 +40,8 @@ std::vector<uint32_t> wordsOf(std::span<const Piece> pieces, const Vec3<double>&
   return words;
 }
 
-// Rows of the matrix from points relative to the middle to homogeneous texels, and the size that is used.
+// Rows of the matrix from points relative to the middle to homogeneous texels; then the size that is used,
+// and white.
 std::vector<float> placesOf(const OpacityField& field, const Vec3<double>& middle) {
   std::vector<float> values;
   for (size_t view = 0; view < field.cameras.size(); ++view) {
@@ -55,7 +56,8 @@ std::vector<float> placesOf(const OpacityField& field, const Vec3<double>& middl
     for (Eigen::Index row = 0; row < 3; ++row)
       for (const double value : {linear(row, 0), linear(row, 1), linear(row, 2), offset[row]})
         values.push_back(static_cast<float>(value));
-    values.insert(values.end(), {static_cast<float>(packed.width), static_cast<float>(packed.height), 0, 0});
+    values.insert(values.end(),
+                  {static_cast<float>(packed.width), static_cast<float>(packed.height), packed.white, 0});
   }
   return values;
 }
@@ -71,11 +73,12 @@ gl::Texture pictureTexture(const PackedViews& packed) {
     throw Error::mismatch(std::to_string(limits.arrayLayers) + " views at most",
                           std::to_string(packed.views.size()))
         .in("OpenGL");
-  gl::Texture texture(
-      {gl::Format::rgba16f, packed.width, packed.height, static_cast<int>(packed.views.size())});
+  gl::Texture texture({packed.isCompressed() ? gl::Format::dxt5 : gl::Format::rgba16f, packed.width,
+                       packed.height, static_cast<int>(packed.views.size())});
   for (size_t view = 0; view < packed.views.size(); ++view)
-    texture.upload(std::as_bytes(packed.layer(view)), packed.width, packed.height,
-                   {.layer = static_cast<int>(view)});
+    texture.upload(packed.isCompressed() ? std::as_bytes(packed.layerBlocks(view))
+                                         : std::as_bytes(packed.layer(view)),
+                   packed.width, packed.height, {.layer = static_cast<int>(view)});
   return texture;
 }
 
@@ -114,7 +117,7 @@ OpacityFrame::OpacityFrame(const OpacityField& field, Order order, const Progres
       pieces_(4 * kPieceWords * pieceCount_), drawn_(4 * pieceCount_),
       blends_(sizeof(TriangleBlend) * field.mesh.triangles.size()), places_(64 * field.cameras.size()),
       none_({}), shade_(kShaders, {"piece.vert", fragmentShaderOf(order)}),
-      textureBytes_(std::span(field.packed.texels).size_bytes()) {
+      textureBytes_(field.packed.bytes()) {
   const std::vector<Piece> whole = tree_ ? std::vector<Piece>() : wholePieces(field.mesh);
   const std::vector<uint32_t> words = wordsOf(tree_ ? tree_->pieces() : whole, middle_);
   pieces_.upload(std::as_bytes(std::span(words)));

@@ -156,7 +156,7 @@ OpacityField fieldOf(const lightfield::Views& views, const lfm::Rings& rings, Vi
   for (const size_t view : training) field.cameras.push_back(views.camera(view));
   field.visible = visibleViews(views, training, rings, visible, progress);
   PackingReport packing;
-  field.packed = packViews(views, training, kNoBudget, packing, progress);
+  field.packed = packViews(views, training, {.budget = kNoBudget}, packing, progress);
   return field;
 }
 

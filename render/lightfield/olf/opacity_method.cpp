@@ -35,6 +35,9 @@ method::Rows<BuildChoice> buildRows(Blending method) {
   rows.push_back(row<BuildChoice>(
       "budget_mb", [](auto& o) -> auto& { return o.budgetMb; },
       {.domain = wholeRange(1, 1 << 20), .help = "MiB of the views; larger ones are scaled down"}));
+  rows.push_back(row<BuildChoice>(
+      "s3tc", [](auto& o) -> auto& { return o.options.packing.s3tc; },
+      {.help = "store views as S3TC (DXT5) blocks, which the GPU reads: a byte for each texel, not 8"}));
   if (method == Blending::vdtm)
     rows.push_back(row<BuildChoice>(
         "domain", [](auto& o) -> auto& { return o.options.domain; },
@@ -53,7 +56,7 @@ method::BuildReport buildModel(Blending method, const method::BuildInput& input,
   options.hull = choice.mesh.hull;
   options.triangles = choice.mesh.triangles.value_or(0);
   options.visible = choice.mesh.visible;
-  options.budget = choice.budgetMb << 20;
+  options.packing.budget = choice.budgetMb << 20;
   lightfield::Views views = lightfield::viewsOf(input, progress, true);
   const BuildReport report = build(views, options, input.output, progress);
   if (report.unseenVertices > 0)
@@ -117,7 +120,7 @@ struct OpenOpacity {
       : folder(path, kFormat, kVersion, progress), field(readField(folder, progress)) {
     blender.emplace(field, progress);
     frame.emplace(field, given.order, progress);
-    field.packed.texels = {}; // the driver has them now
+    field.packed.texels = {}, field.packed.blocks = {}; // the driver has them now
   }
 
   std::map<std::string, size_t> counts() const {

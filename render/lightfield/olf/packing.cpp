@@ -1,5 +1,7 @@
 #include "render/lightfield/olf/packing.h"
 
+#include "render/lightfield/common/pull_push.h"
+#include "render/lightfield/lfm/s3tc.h"
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"
 
@@ -18,16 +20,28 @@ int scaledSize(int size, double scale) {
   return std::max(1, static_cast<int>(std::ceil(scale * size - 1e-9)));
 }
 
+int wholeBlocks(int texels) { return (texels + lfm::kBlockSide - 1) / lfm::kBlockSide * lfm::kBlockSide; }
+
 struct LayerSize {
   int width = 1, height = 1;
 };
 
-LayerSize layerSize(std::span<const image::PixelWindow> windows, double scale) {
+LayerSize layerSize(std::span<const image::PixelWindow> windows, double scale, bool s3tc) {
   LayerSize size;
   for (const image::PixelWindow& window : windows)
     size = {std::max(size.width, scaledSize(window.width(), scale)),
             std::max(size.height, scaledSize(window.height(), scale))};
-  return size;
+  return s3tc ? LayerSize{wholeBlocks(size.width), wholeBlocks(size.height)} : size;
+}
+
+// Red, green and blue of a texel over its alpha, and alpha; black where it is transparent.
+Eigen::Vector4f straight(const Texel& texel) {
+  const float alpha = image::floatOfHalf(texel[3]);
+  Eigen::Vector4f color(0, 0, 0, std::clamp(alpha, 0.f, 1.f));
+  if (alpha > 0)
+    for (Eigen::Index c = 0; c < 3; ++c)
+      color[c] = std::max(0.f, image::floatOfHalf(texel[static_cast<size_t>(c)])) / alpha;
+  return color;
 }
 
 } // namespace
@@ -63,8 +77,48 @@ void mendInvalid(image::Image& rgba) {
     }
 }
 
-PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training, size_t budget,
-                      PackingReport& report, const Progress& progress) {
+ViewBlocks viewBlocks(std::span<const Texel> texels, int width, int height) {
+  constexpr float kVisible = 1.f / 8; // alpha of colours that determine white
+  std::vector<Eigen::Vector4f> roots;
+  ViewBlocks result{0, {}};
+  for (const Texel& texel : texels) {
+    const Eigen::Vector4f& color = roots.emplace_back(straight(texel));
+    if (color[3] >= kVisible) result.white = std::max(result.white, color.head<3>().maxCoeff());
+  }
+  if (!(result.white > 0)) result.white = 1;
+  for (Eigen::Vector4f& color : roots)
+    color.head<3>() = (color.head<3>() / result.white).cwiseMin(1.f).cwiseSqrt();
+  std::vector<Eigen::Vector4f> filled = roots;
+  for (Eigen::Vector4f& color : filled) color[3] = color[3] > 0 ? 1.f : 0.f;
+  lightfield::pullPush(filled, width, height);
+  std::vector<uint8_t> bytes;
+  for (size_t i = 0; i < roots.size(); ++i)
+    for (const float value : {filled[i][0], filled[i][1], filled[i][2], roots[i][3]})
+      bytes.push_back(static_cast<uint8_t>(std::lround(255 * value)));
+  result.blocks = lfm::s3tcBlocks(bytes, static_cast<size_t>(width), static_cast<size_t>(height),
+                                  lfm::Blocks::dxt5, lfm::ColorFit::byAlpha);
+  return result;
+}
+
+PackedViews withBlocks(const PackedViews& packed) {
+  PackedViews result{wholeBlocks(packed.width), wholeBlocks(packed.height), packed.views, {}, {}};
+  result.blocks.resize(packed.views.size() * result.layerTexels());
+  tbb::parallel_for(size_t{0}, packed.views.size(), [&](size_t view) {
+    std::vector<Texel> layer(result.layerTexels(), Texel{});
+    for (size_t y = 0, width = static_cast<size_t>(packed.width); y < static_cast<size_t>(packed.height); ++y)
+      std::ranges::copy(packed.layer(view).subspan(y * width, width),
+                        layer.begin() + static_cast<std::ptrdiff_t>(y * static_cast<size_t>(result.width)));
+    const ViewBlocks blocks = viewBlocks(layer, result.width, result.height);
+    result.views[view].white = blocks.white;
+    std::ranges::copy(blocks.blocks,
+                      result.blocks.begin() + static_cast<std::ptrdiff_t>(view * result.layerTexels()));
+  });
+  return result;
+}
+
+PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training,
+                      const PackingOptions& options, PackingReport& report, const Progress& progress) {
+  const size_t budget = options.budget;
   constexpr size_t kPicturesAtOnce = 8;
   const Progress quiet{{}, progress.cancelled};
   const auto eachPicture = [&](const char* step, const auto& use) {
@@ -86,14 +140,15 @@ PackedViews packViews(const lightfield::Views& views, std::span<const size_t> tr
     report.pictureBytes +=
         sizeof(Texel) * static_cast<uint64_t>(lens.width) * static_cast<uint64_t>(lens.height);
   }
-  if (budget < sizeof(Texel) * training.size())
-    throw Error::mismatch(
-        fmt::format("{} bytes or more for {} views", sizeof(Texel) * training.size(), training.size()),
-        std::to_string(budget))
+  const size_t least = (options.s3tc ? blockBytes(lfm::Blocks::dxt5) : sizeof(Texel)) * training.size();
+  if (budget < least)
+    throw Error::mismatch(fmt::format("{} bytes or more for {} views", least, training.size()),
+                          std::to_string(budget))
         .at("budget");
   const auto bytesAt = [&](double scale) {
-    const auto [width, height] = layerSize(windows, scale);
-    return static_cast<double>(sizeof(Texel)) * static_cast<double>(training.size()) * width * height;
+    const auto [width, height] = layerSize(windows, scale, options.s3tc);
+    return static_cast<double>(options.s3tc ? 1 : sizeof(Texel)) * static_cast<double>(training.size()) *
+           width * height;
   };
   double scale = 1;
   while (bytesAt(scale) > static_cast<double>(budget))
@@ -101,11 +156,14 @@ PackedViews packViews(const lightfield::Views& views, std::span<const size_t> tr
   report.scale = scale;
 
   PackedViews packed;
-  const auto [width, height] = layerSize(windows, scale);
+  const auto [width, height] = layerSize(windows, scale, options.s3tc);
   packed.width = width, packed.height = height;
   packed.views.resize(training.size());
-  const size_t size = static_cast<size_t>(width) * static_cast<size_t>(height);
-  packed.texels.resize(training.size() * size);
+  const size_t size = packed.layerTexels();
+  if (options.s3tc)
+    packed.blocks.resize(training.size() * size);
+  else
+    packed.texels.resize(training.size() * size);
   eachPicture("pack", [&](size_t i, const image::Image& picture) {
     const image::PixelWindow& window = windows[i];
     PackedView& view = packed.views[i];
@@ -114,12 +172,18 @@ PackedViews packViews(const lightfield::Views& views, std::span<const size_t> tr
     view.scale = {static_cast<double>(view.width) / window.width(),
                   static_cast<double>(view.height) / window.height()};
     const image::Image part = image::resampled(picture, window, view.width, view.height);
+    std::vector<Texel> own(options.s3tc ? size : 0, Texel{});
+    const std::span<Texel> layer = options.s3tc ? own : std::span(packed.texels).subspan(i * size, size);
     for (int y = 0; y < view.height; ++y)
       for (int x = 0; x < view.width; ++x) {
-        Texel& texel = packed.texels[i * size + static_cast<size_t>(y) * static_cast<size_t>(width) +
-                                     static_cast<size_t>(x)];
+        Texel& texel =
+            layer[static_cast<size_t>(y) * static_cast<size_t>(packed.width) + static_cast<size_t>(x)];
         for (size_t c = 0; c < 4; ++c) texel[c] = image::finiteHalf(part.at(x, y)[c]);
       }
+    if (!options.s3tc) return;
+    const ViewBlocks blocks = viewBlocks(own, packed.width, packed.height);
+    view.white = blocks.white;
+    std::ranges::copy(blocks.blocks, packed.blocks.begin() + static_cast<std::ptrdiff_t>(i * size));
   });
   return packed;
 }

@@ -25,10 +25,29 @@ struct PackingReport {
   double scale = 1;          // of the packed pictures' sides
 };
 
-// Pictures of the given views. Halves of the full size if they fit into `budget` bytes; otherwise all are
+struct PackingOptions {
+  size_t budget = 0; // bytes of the packed views
+  bool s3tc = false; // blocks in place of half floats
+};
+
+// Pictures of the given views. They have their full size if they fit into the budget; otherwise all are
 // scaled down by one factor until they do. Reads each picture twice. Throws Error if a picture cannot be
-// read, or if the budget leaves less than a texel for each view; and Cancelled.
-PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training, size_t budget,
-                      PackingReport& report, const Progress& progress = {});
+// read, or if the budget leaves less than a texel, or a block, for each view; and Cancelled.
+PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training,
+                      const PackingOptions& options, PackingReport& report, const Progress& progress = {});
+
+// S3TC blocks of a view.  [Vlasic 2003, §7]
+struct ViewBlocks {
+  float white = 1; // PackedView::white
+  std::vector<uint8_t> blocks;
+};
+
+// Blocks of width x height texels (multiples of 4). White is the largest colour of texels that are visible.
+// Colours of transparent texels, which interpolation reads at outlines, are those around them; blocks fit
+// colours by their alpha.
+ViewBlocks viewBlocks(std::span<const Texel> texels, int width, int height);
+
+// Views of half floats as blocks.
+PackedViews withBlocks(const PackedViews& packed);
 
 } // namespace surflect::olf

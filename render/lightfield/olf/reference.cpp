@@ -1,5 +1,6 @@
 #include "render/lightfield/olf/reference.h"
 
+#include "render/lightfield/lfm/s3tc.h"
 #include "render/lightfield/lfm/tile.h"
 #include "srf/image/half_float.h"
 
@@ -52,6 +53,25 @@ Box boxOf(const std::array<Vec3<double>, 3>& corners, const capture::Camera<Acqu
   return box;
 }
 
+// Stored texel (i, j) of a view.
+Eigen::Vector4d storedTexel(const PackedViews& packed, size_t view, int i, int j) {
+  const auto x = static_cast<size_t>(i), y = static_cast<size_t>(j),
+             width = static_cast<size_t>(packed.width);
+  Eigen::Vector4d value;
+  if (packed.isCompressed()) {
+    constexpr size_t kSide = lfm::kBlockSide, kBytes = lfm::blockBytes(lfm::Blocks::dxt5);
+    const auto block = packed.layerBlocks(view).subspan(kBytes * (y / kSide * (width / kSide) + x / kSide));
+    const std::vector<uint8_t> texels = lfm::s3tcTexels(block.first(kBytes), kSide, kSide, lfm::Blocks::dxt5);
+    for (size_t c = 0; c < 4; ++c)
+      value[static_cast<Eigen::Index>(c)] = texels[4 * (y % kSide * kSide + x % kSide) + c] / 255.0;
+  } else {
+    const Texel& halves = packed.layer(view)[y * width + x];
+    for (size_t c = 0; c < 4; ++c)
+      value[static_cast<Eigen::Index>(c)] = static_cast<double>(image::floatOfHalf(halves[c]));
+  }
+  return value;
+}
+
 } // namespace
 
 Eigen::Vector4d texelAt(const PackedViews& packed, size_t view, const capture::Pixel& pixel) {
@@ -60,18 +80,13 @@ Eigen::Vector4d texelAt(const PackedViews& packed, size_t view, const capture::P
                y = std::clamp(place.scale[1] * (pixel.y - place.low[1]), 0.5, place.height - 0.5) - 0.5;
   const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
   const int x1 = std::min(x0 + 1, place.width - 1), y1 = std::min(y0 + 1, place.height - 1);
-  const auto layer = packed.layer(view);
-  const auto texel = [&](int i, int j) {
-    const Texel& halves =
-        layer[static_cast<size_t>(j) * static_cast<size_t>(packed.width) + static_cast<size_t>(i)];
-    Eigen::Vector4d value;
-    for (Eigen::Index c = 0; c < 4; ++c)
-      value[c] = static_cast<double>(image::floatOfHalf(halves[static_cast<size_t>(c)]));
-    return value;
-  };
+  const auto texel = [&](int i, int j) { return storedTexel(packed, view, i, j); };
   const double u = x - x0, v = y - y0;
-  return (1 - v) * ((1 - u) * texel(x0, y0) + u * texel(x1, y0)) +
-         v * ((1 - u) * texel(x0, y1) + u * texel(x1, y1));
+  Eigen::Vector4d value = (1 - v) * ((1 - u) * texel(x0, y0) + u * texel(x1, y0)) +
+                          v * ((1 - u) * texel(x0, y1) + u * texel(x1, y1));
+  if (packed.isCompressed())
+    value.head<3>() = value[3] * static_cast<double>(place.white) * value.head<3>().cwiseAbs2();
+  return value;
 }
 
 Eigen::Vector4d blendAt(const OpacityField& field, const TriangleBlend& blend, const Vec3<double>& point,

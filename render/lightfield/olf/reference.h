@@ -24,7 +24,8 @@
 
 namespace surflect::olf {
 
-// Texel of a packed view at a pixel position of its photograph, bilinear; beyond the used part the edge's.
+// Premultiplied colour and alpha of a packed view at a pixel position of its photograph: bilinear between the
+// stored texels; beyond the used part the edge's.
 Eigen::Vector4d texelAt(const PackedViews& packed, size_t view, const capture::Pixel& pixel);
 
 // sum_k w_k C_k at a point of a triangle, with w_k interpolated between the corners.

@@ -9,6 +9,11 @@ in vec3 pointObject;
 in vec3 barycentric;
 flat in uint triangle;
 
+// White is 0 for views of half floats, which are premultiplied already.
+vec4 premultiplied(vec4 stored, float white) {
+  return white > 0.0 ? vec4(stored.a * white * stored.rgb * stored.rgb, stored.a) : stored;
+}
+
 vec4 shaded() {
   uint first = kBlendWords * triangle, count = blends[first];
   vec2 size = vec2(textureSize(pictures, 0).xy);
@@ -21,8 +26,9 @@ vec4 shaded() {
     // Rows of the matrix to texels, homogeneous; then the size of the part that is used.
     vec3 texel = vec3(dot(places[4u * view], point), dot(places[4u * view + 1u], point), dot(places[4u * view + 2u], point));
     if (weight == 0.0 || texel.z <= 0.0) continue;
-    vec2 place = clamp(texel.xy / texel.z, vec2(0.5), places[4u * view + 3u].xy - 0.5);
-    sum += weight * textureLod(pictures, vec3(place / size, float(view)), 0.0);
+    vec3 extent = places[4u * view + 3u].xyz; // and white
+    vec2 place = clamp(texel.xy / texel.z, vec2(0.5), extent.xy - 0.5);
+    sum += weight * premultiplied(textureLod(pictures, vec3(place / size, float(view)), 0.0), extent.z);
   }
   return sum;
 }

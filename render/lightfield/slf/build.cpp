@@ -8,6 +8,7 @@
 #include "render/lightfield/slf/regions.h"
 #include "render/lightfield/slf/resample.h"
 #include "render/lightfield/slf/texel_radiance.h"
+#include "render/lightfield/slf/unseen_texels.h"
 #include "srf/image/half_float.h"
 #include "surfel/base/error.h"
 #include "surfel/base/time.h"
@@ -81,34 +82,6 @@ Shown shownTexels(const TriangleMesh& mesh, const std::vector<TexelPoint>& point
     }
   }
   return shown;
-}
-
-MeanRadiance meansOf(const RegionTextures& textures) {
-  MeanRadiance means;
-  for (const std::vector<Texel>& texture : textures.textures) {
-    Vec3<float> sum = Vec3<float>::Zero();
-    for (const Texel& texel : texture)
-      sum += Vec3<float>(image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]),
-                         image::floatOfHalf(texel[2]));
-    means.push_back(sum / static_cast<float>(std::max<size_t>(1, texture.size())));
-  }
-  return means;
-}
-
-// Means by the directions of `target` of means by those of `source`. A direction without texture has the mean
-// of the nearest one that has.
-MeanRadiance inDirections(const MeanRadiance& means, const DirectionMesh& source,
-                          const std::vector<uint8_t>& isUsed, const DirectionMesh& target) {
-  MeanRadiance result;
-  for (const Direction& r : target.directions()) {
-    const Vec3<float>* nearest = nullptr;
-    double most = -2;
-    for (size_t i = 0; i < means.size(); ++i)
-      if (isUsed[i] && dot(source.directions()[i], r) > most)
-        most = dot(source.directions()[i], r), nearest = &means[i];
-    result.push_back(nearest ? *nearest : Vec3<float>::Zero());
-  }
-  return result;
 }
 
 // A region on its way to the file.
@@ -220,38 +193,38 @@ private:
     shown_.texels += shown.texels;
     shown_.invented += shown.invented;
     std::vector<uint64_t>& places = places_.emplace_back(directions.directions().size(), kNotStored);
+    SeenRegion& seen = seen_.emplace_back();
+    for (size_t texel = 0; texel < work.observations->texels(); ++texel)
+      seen.isSeen.push_back(!work.observations->of(texel).empty());
     if (work.textures.isUnseen()) {
       // Has the base directions, and is written when its neighbours are known.
       field_.regions.push_back({charts_[region], 0});
       places.assign(base_.directions().size(), kNotStored);
-      means_.emplace_back();
+      seen.isUsed = usedDirections(views_.mesh(), charts_[region], base_);
       return;
     }
     field_.regions.push_back({charts_[region], indexOf(directions)});
-    means_.push_back(inDirections(meansOf(work.textures), directions, work.isUsed, base_));
+    seen.isUsed = work.isUsed;
     for (size_t i = 0; i < places.size(); ++i)
       if (work.isUsed[i]) places[i] = file.append(work.textures.textures[i]), ++report.texturesStored;
   }
 
   void fillUnseen(TextureWriter& file) {
-    std::vector<uint8_t> wasSeen;
-    for (const MeanRadiance& means : means_) wasSeen.push_back(!means.empty());
-    fillUnseenRegions(charts_, means_);
-    for (size_t region = 0; region < charts_.size(); ++region) {
-      if (wasSeen[region]) continue;
-      ++report.unseenRegions;
-      if (means_[region].empty()) { // black, as textures that are not stored
-        ++report.blackRegions;
-        continue;
-      }
-      const std::vector<uint8_t> isUsed = usedDirections(views_.mesh(), charts_[region], base_);
-      for (size_t i = 0; i < isUsed.size(); ++i) {
-        if (!isUsed[i]) continue;
-        places_[region][i] =
-            file.append(std::vector<Texel>(charts_[region].texels(), texelOf(means_[region][i], false)));
-        ++report.texturesStored;
-      }
-    }
+    report.unseenRegions = static_cast<size_t>(std::ranges::count_if(seen_, &SeenRegion::isUnseen));
+    const TextureStore store{[&](size_t region, size_t direction) {
+                               return file.read(places_[region][direction], charts_[region].texels());
+                             },
+                             [&](size_t region, size_t direction, std::span<const Texel> texels) {
+                               uint64_t& place = places_[region][direction];
+                               if (place != kNotStored) return file.replace(place, texels);
+                               place = file.append(texels); // of an unseen region
+                               ++report.texturesStored;
+                             }};
+    // Black regions are not stored.
+    const std::vector<uint8_t> isBlack =
+        fillUnseenTexels(field_, seen_, base_, borderPoints(views_.mesh(), charts_, report.texelSize), store,
+                         {{}, progress_.cancelled});
+    report.blackRegions = static_cast<size_t>(std::ranges::count(isBlack, 1));
   }
 
   const lightfield::Views& views_;
@@ -265,7 +238,7 @@ private:
   double whiteLevel_ = 1;
   Field field_;
   TexturePlaces places_;
-  std::vector<MeanRadiance> means_; // by the base directions
+  std::vector<SeenRegion> seen_;
   std::map<DirectionKey, uint32_t> meshIndices_;
   Shown shown_;
 };

@@ -44,7 +44,7 @@ struct BuildReport {
   size_t texturesStored = 0;  // without those that no picture can need
   size_t surfaceTexels = 0;   // sum of texels of one texture of each region
   size_t texels = 0;          // of all stored textures
-  size_t unseenTexels = 0;    // of the surface, that no photograph sees: filled from their region
+  size_t unseenTexels = 0;    // of the surface, that no photograph sees: filled from those around them
   size_t unseenRegions = 0;   // that no photograph sees: filled from their neighbours
   size_t blackRegions = 0;    // of the unseen regions, those not connected to a seen one: black
   double inventedShare = 0;   // not observed, of the stored texels in directions in front of them

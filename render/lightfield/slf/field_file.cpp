@@ -115,6 +115,27 @@ StoredField parseField(std::span<const std::byte> bytes, TriangleMesh mesh, uint
   return stored;
 }
 
+std::fstream& TextureWriter::at(uint64_t place) {
+  if (!again_.is_open()) again_.open(file_.temporary(), std::ios::in | std::ios::out | std::ios::binary);
+  const auto position = static_cast<std::streamoff>(place * sizeof(Texel));
+  again_.seekg(position), again_.seekp(position);
+  return again_;
+}
+
+std::vector<Texel> TextureWriter::read(uint64_t place, size_t texels) {
+  std::vector<Texel> result(texels);
+  at(place).read(reinterpret_cast<char*>(result.data()),
+                 static_cast<std::streamsize>(std::span(result).size_bytes()));
+  if (!again_) throw Error("cannot read textures again").in(file_.temporary());
+  return result;
+}
+
+void TextureWriter::replace(uint64_t place, std::span<const Texel> texels) {
+  at(place).write(reinterpret_cast<const char*>(texels.data()),
+                  static_cast<std::streamsize>(texels.size_bytes()));
+  if (!again_.flush()) throw Error("cannot replace textures").in(file_.temporary());
+}
+
 TextureFile::TextureFile(OpenFile file, TexturePlaces places, std::span<const Region> regions)
     : file_(std::move(file)), places_(std::move(places)) {
   assert(places_.size() == regions.size());

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <span>
 #include <utility>
@@ -49,11 +50,18 @@ public:
     file_.write(std::as_bytes(texels));
     return std::exchange(written_, written_ + texels.size());
   }
+  // Texels of a texture that was appended, and others in their place. Throw Error naming the file.
+  std::vector<Texel> read(uint64_t place, size_t texels);
+  void replace(uint64_t place, std::span<const Texel> texels);
+
   uint64_t texels() const { return written_; }
   void commit() { file_.commit(); }
 
 private:
+  std::fstream& at(uint64_t place);
+
   AtomicFile file_;
+  std::fstream again_; // the same file
   uint64_t written_ = 0;
 };
 

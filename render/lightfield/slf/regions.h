@@ -15,14 +15,12 @@
 // [Cohen-Steiner 2004] Cohen-Steiner, Alliez, Desbrun: Variational Shape Approximation, §3.
 #pragma once
 
-#include "render/lightfield/slf/chart.h"
 #include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/math/space.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace surflect::slf {
@@ -65,15 +63,5 @@ struct Regions {
 // triangles, or triangles wound differently, are borders. Regions are numbered by their first triangles.
 // Throws Error for a mesh without triangles and as triangleGraph() does, and Cancelled.
 Regions regionsOf(const TriangleMesh& mesh, const RegionOptions& options = {}, const Progress& progress = {});
-
-// Radiance for regions that no photograph sees, from the regions around them.
-
-// Mean radiance of each texture of a region, by direction; empty for a region that no photograph sees.
-using MeanRadiance = std::vector<Vec3<float>>;
-
-// Gives each region without means the mean of its neighbours' means, weighted by the number of shared
-// vertices, step by step outwards. Regions that are not connected to a seen region stay without means. All
-// means are by the directions of one direction mesh.
-void fillUnseenRegions(std::span<const Chart> charts, std::vector<MeanRadiance>& means);
 
 } // namespace surflect::slf

@@ -1,8 +1,9 @@
 // Textures of a region for its sample directions, from the photographs that see its texels.
 //
 // A texel that no photograph sees is filled from the others of its region by pull-push, direction by
-// direction. A texel counts as observed in a direction if a photograph sees it from within the spacing of the
-// direction mesh there; otherwise its value is extrapolated from other directions or filled in.
+// direction; unseen_texels.h fills it across the region's border. A texel counts as observed in a direction
+// if a photograph sees it from within the spacing of the direction mesh there; otherwise its value is
+// extrapolated from other directions or filled in.
 #pragma once
 
 #include "render/lightfield/common/sight.h"

@@ -121,10 +121,12 @@ FrameRenderer::FrameRenderer(const Field& field, const Textures& textures, const
       depth_(kShaders, {"depth.vert", "depth.frag"}), basis_(kShaders, {"basis.vert", "basis.frag"}),
       gouraud_(kShaders, {"gouraud.vert", "gouraud.frag"}), region_(kShaders, {"region.vert", "region.frag"}),
       fused_(kShaders, {"fused.vert", "fused.frag"}) {
-  const gl::TextureShape& shape = slots_.texture().shape();
-  for (gl::Program* program : {&region_, &fused_})
+  const SlotShape& shape = slots_.shape();
+  for (gl::Program* program : {&region_, &fused_}) {
     program->set("slotTexelSize",
                  Eigen::Vector2f(1 / static_cast<float>(shape.width), 1 / static_cast<float>(shape.height)));
+    program->set("slotLayers", static_cast<int>(shape.layers));
+  }
 }
 
 FrameRenderer::Targets& FrameRenderer::targetsOf(int width, int height) {
@@ -302,7 +304,7 @@ void FrameRenderer::drawRegion(const PlacedDraw& placed, gl::Framebuffer& target
   region_.set("textureExtent",
               Eigen::Vector2f(static_cast<float>(chart.width), static_cast<float>(chart.height)));
   region_.set("slot", static_cast<float>(placed.group.places.front().slot));
-  const std::array<const gl::Texture*, 1> textures{&slots_.texture()};
+  const std::vector<const gl::Texture*> textures = slots_.arrays();
   stepped.draw({target,
                 region_,
                 textures,
@@ -337,8 +339,8 @@ void FrameRenderer::drawFused(const PlacedDraw& placed, gl::Framebuffer& target,
   fused_.set("comparedTriangles", isAll ? 0 : static_cast<int>(mesh.triangles().size()));
   fused_.set("textureExtent", Eigen::Vector2f(static_cast<float>(region.chart.width),
                                               static_cast<float>(region.chart.height)));
-  const std::array<const gl::Texture*, 2> textures{&slots_.texture(),
-                                                   &buffers_.rowTexture(region.directionMesh)};
+  std::vector<const gl::Texture*> textures = slots_.arrays();
+  textures.push_back(&buffers_.rowTexture(region.directionMesh));
   stepped.draw({target,
                 fused_,
                 textures,

@@ -118,7 +118,7 @@ const method::Rows<RenderOptions>& renderRows() {
       row<RenderOptions>(
           "cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
           {.domain = wholeRange(0, 1 << 24),
-           .help = "memory for textures, MiB; at most one array texture, of 2048 layers or more",
+           .help = "memory for textures, MiB; at most 8 array textures, of 2048 layers or more each",
            .atOpening = true})};
   return kRows;
 }

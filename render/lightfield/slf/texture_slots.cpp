@@ -127,18 +127,37 @@ SlotShape slotsOf(const Field& field, size_t bytes, const gl::Limits& limits) {
     throw Error::mismatch("at most " + std::to_string(limits.textureSize - 1) + " texels, which OpenGL has",
                           std::to_string(largest - 1))
         .at("size of a texture");
-  const size_t most = std::min(field.textures(), static_cast<size_t>(limits.arrayLayers));
+  const auto layers = static_cast<size_t>(limits.arrayLayers);
+  const size_t most = std::min(field.textures(), kMostArrays * layers);
   shape.count = std::max(kLeastSlots, std::min(bytes / shape.bytes(), most));
+  shape.layers = std::min(shape.count, layers);
   return shape;
 }
+
+namespace {
+
+std::vector<gl::Texture> arraysOf(const SlotShape& shape) {
+  std::vector<gl::Texture> arrays;
+  for (size_t first = 0; first < shape.count; first += shape.layers)
+    arrays.emplace_back(gl::TextureShape{gl::Format::rgba16f, shape.width, shape.height,
+                                         static_cast<int>(std::min(shape.layers, shape.count - first))});
+  return arrays;
+}
+
+} // namespace
 
 TextureSlots::TextureSlots(const Field& field, const Textures& textures, const SlotOptions& options,
                            const gl::Limits& limits)
     : field_(&field), textures_(&textures), firstTexture_(firstTextures(field)),
       shape_(slotsOf(field, options.bytes, limits)),
       groupSize_(std::clamp(shape_.count / 8, kLeastSlots, kLargestGroup)), policy_(options.policy),
-      cache_(options.policy, shape_.count, groupSize_, field.textures()),
-      texture_({gl::Format::rgba16f, shape_.width, shape_.height, static_cast<int>(shape_.count)}) {}
+      cache_(options.policy, shape_.count, groupSize_, field.textures()), arrays_(arraysOf(shape_)) {}
+
+std::vector<const gl::Texture*> TextureSlots::arrays() const {
+  std::vector<const gl::Texture*> arrays(kMostArrays, &arrays_[0]);
+  for (size_t i = 0; i < arrays_.size(); ++i) arrays[i] = &arrays_[i];
+  return arrays;
+}
 
 void TextureSlots::beginFrame(std::span<const uint32_t> needed) {
   cache_.beginFrame(needed);
@@ -166,8 +185,9 @@ void TextureSlots::upload(const Group& group) {
     const std::vector<Texel> texels = textures_->read(group.region, group.directions[i]);
     const std::vector<Texel> stored =
         padded(texels, static_cast<size_t>(chart.width), static_cast<size_t>(chart.height));
-    texture_.upload(std::as_bytes(std::span(stored)), chart.width + 1, chart.height + 1,
-                    {.layer = static_cast<int>(group.places[i].slot)});
+    const uint32_t slot = group.places[i].slot;
+    arrays_[slot / shape_.layers].upload(std::as_bytes(std::span(stored)), chart.width + 1, chart.height + 1,
+                                         {.layer = static_cast<int>(slot % shape_.layers)});
     counts_.bytes += texels.size() * sizeof(Texel);
   }
   counts_.seconds += stopwatch.seconds();

@@ -1,5 +1,5 @@
 // Textures of a field in the driver's memory: equal slots, large enough for the largest, are the layers of
-// one array texture. [Azuma 1999, §3.3]
+// array textures. [Azuma 1999, §3.3]
 #pragma once
 
 #include "render/gl/context.h"
@@ -74,15 +74,17 @@ private:
 
 struct SlotOptions {
   // Memory for slots. At least kLeastSlots are made, even for a budget of 0, and no more than the field has
-  // textures or an array texture layers (2048 or more).
+  // textures or kMostArrays array textures layers (2048 or more each).
   size_t bytes = size_t{512} << 20;
   CachePolicy policy = CachePolicy::planned;
 };
 inline constexpr size_t kLeastSlots = 3; // corners of one direction triangle
+inline constexpr size_t kMostArrays = 8; // array textures, as in texel.glsl
 
 struct SlotShape {
   int width = 1, height = 1; // of the largest texture, texels
   size_t count = 0;
+  size_t layers = 0; // of an array texture; the last one may have fewer
 
   size_t bytes() const { // of one
     return static_cast<size_t>(width) * static_cast<size_t>(height) * sizeof(Texel);
@@ -107,7 +109,9 @@ public:
   // The most textures that place() takes.
   size_t groupSize() const { return groupSize_; }
   const SlotShape& shape() const { return shape_; }
-  const gl::Texture& texture() const { return texture_; }
+  // Array textures for the units of texel.glsl, kMostArrays; the first one stands for those that there are
+  // not.
+  std::vector<const gl::Texture*> arrays() const;
 
   uint32_t numberOf(size_t region, size_t direction) const {
     return firstTexture_[region] + static_cast<uint32_t>(direction);
@@ -139,8 +143,8 @@ private:
   size_t groupSize_;
   CachePolicy policy_;
   TextureCache cache_;
-  gl::Texture texture_;
-  CacheCounts atStart_; // of the frame
+  std::vector<gl::Texture> arrays_; // of slots / shape_.layers
+  CacheCounts atStart_;             // of the frame
   TextureCounts counts_;
 };
 

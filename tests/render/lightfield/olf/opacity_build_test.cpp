@@ -3,10 +3,12 @@
 #include "render/lightfield/olf/opacity_file.h"
 #include "render/lightfield/olf/opacity_hull.h"
 #include "render/lightfield/olf/packing.h"
+#include "render/lightfield/olf/reference.h"
 #include "surfel/geometry/ray_caster.h"
 #include "tests/render/lightfield/olf/painted_field.h"
 #include "tests/support/random.h"
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -146,11 +148,89 @@ TEST_F(OpacityBuild, ViewsAreScaledDownToTheBudget) {
   const lightfield::Views views(*shared_ / "capture");
   const std::vector<size_t> training = views.ofSplit(capture::Split::train);
   PackingReport report;
-  const PackedViews packed = packViews(views, training, 40000, report);
-  EXPECT_LE(std::span(packed.texels).size_bytes(), 40000u);
-  EXPECT_GE(std::span(packed.texels).size_bytes(), 30000u);
+  const PackedViews packed = packViews(views, training, {.budget = 40000}, report);
+  EXPECT_LE(packed.bytes(), 40000u);
+  EXPECT_GE(packed.bytes(), 30000u);
   EXPECT_LT(report.scale, 1);
-  EXPECT_THROW(packViews(views, training, 100, report), Error);
+  EXPECT_THROW(packViews(views, training, {.budget = 100}, report), Error);
+  // Blocks take an eighth: the same budget holds views of the full size.
+  const PackedViews blocks = packViews(views, training, {.budget = 40000, .s3tc = true}, report);
+  EXPECT_LE(blocks.bytes(), 40000u);
+  EXPECT_EQ(report.scale, 1);
+  packViews(views, training, {.budget = 10000, .s3tc = true}, report);
+  EXPECT_LT(report.scale, 1);
+  EXPECT_THROW(packViews(views, training, {.budget = 16 * 30 - 1, .s3tc = true}, report), Error);
+}
+
+// A view of 12 x 8 texels of one hue: transparent, half transparent and opaque ones from left to right, of
+// radiance 2 above and `lower` below.
+PackedViews threeAlphas(float lower) {
+  PackedViews packed;
+  packed.width = 12, packed.height = 8;
+  packed.views.resize(1);
+  packed.views[0].width = packed.width, packed.views[0].height = packed.height;
+  for (int y = 0; y < packed.height; ++y)
+    for (int x = 0; x < packed.width; ++x) {
+      const float alpha = 0.5f * static_cast<float>(x / 4), color = alpha * (y < 4 ? 2.f : lower);
+      packed.texels.push_back(
+          {image::nearestHalf(color), image::nearestHalf(color / 4), 0, image::nearestHalf(alpha)});
+    }
+  return packed;
+}
+
+TEST(ViewBlocks, ReturnTheirTexels) {
+  const PackedViews packed = threeAlphas(0.5f), blocks = withBlocks(packed);
+  EXPECT_EQ(blocks.bytes(), packed.bytes() / 8);
+  EXPECT_EQ(blocks.views[0].white, 2);
+  for (int y = 0; y < packed.height; ++y)
+    for (int x = 0; x < packed.width; ++x) {
+      const capture::Pixel pixel{x + 0.5, y + 0.5};
+      const Eigen::Vector4d wanted = texelAt(packed, 0, pixel), found = texelAt(blocks, 0, pixel);
+      EXPECT_NEAR(found[3], wanted[3], 0.5 / 255);
+      for (Eigen::Index c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 0.03);
+    }
+}
+
+TEST(ViewBlocks, KeepTheirColourAtOutlines) {
+  const PackedViews blocks = withBlocks(threeAlphas(2));
+  for (const double x : {3.7, 4.0, 4.3, 7.8, 8.2}) {
+    const Eigen::Vector4d color = texelAt(blocks, 0, {x, 1.5});
+    EXPECT_GT(color[3], 0);
+    EXPECT_NEAR(color[0] / color[3], 2, 0.03);
+  }
+}
+
+TEST(ViewBlocks, AreBlackWhereAllIsTransparent) {
+  PackedViews packed;
+  packed.width = packed.height = 5;
+  packed.views.resize(2);
+  for (PackedView& view : packed.views) view.width = view.height = 5;
+  packed.texels.resize(50);
+  const PackedViews blocks = withBlocks(packed);
+  EXPECT_EQ(blocks.width, 8);
+  EXPECT_EQ(blocks.views[1].white, 1);
+  EXPECT_EQ(texelAt(blocks, 1, {2, 2}), Eigen::Vector4d(0, 0, 0, 0));
+}
+
+TEST_F(OpacityBuild, BlocksAreReadAsTheyWereBuilt) {
+  lightfield::Views views(*shared_ / "capture");
+  const BuildReport report =
+      build(views, {.packing = {.budget = size_t{1} << 30, .s3tc = true}}, folder_ / "small");
+  const OpacityField field = read(folder_ / "small"), whole = read(folder_.path());
+  EXPECT_EQ(report.packedBytes, field.packed.blocks.size());
+  EXPECT_TRUE(field.packed.texels.empty());
+  const PackedViews again = withBlocks(whole.packed);
+  EXPECT_EQ(field.packed.blocks, again.blocks);
+  for (size_t view = 0; view < 30; ++view) EXPECT_EQ(field.packed.views[view].white, again.views[view].white);
+  // The frame from a camera is near that of half floats.
+  const image::Image small = referencePicture(field, ViewBlender(field), field.cameras[3]).color,
+                     large = referencePicture(whole, ViewBlender(whole), field.cameras[3]).color;
+  double squares = 0, peak = 0;
+  for (size_t i = 0; i < small.values.size(); ++i) {
+    squares += std::pow(static_cast<double>(small.values[i]) - static_cast<double>(large.values[i]), 2);
+    peak = std::max(peak, static_cast<double>(large.values[i]));
+  }
+  EXPECT_GE(10 * std::log10(peak * peak * static_cast<double>(small.values.size()) / squares), 30);
 }
 
 TEST_F(OpacityBuild, AnOpacityHullHoldsTheSphere) {
@@ -199,6 +279,21 @@ TEST_F(OpacityBuild, WrongContentIsRefusedByItsPlace) {
   EXPECT_EQ(wrong([](OpacityField& field) { field.packed.texels[5][2] = 0x7c00; }),
             texels + ": texel 5: is not finite");
   EXPECT_NE(wrong([](OpacityField& field) { field.packed.texels.pop_back(); }).find("bytes, expected "),
+            std::string::npos);
+  const std::string blocks = (folder_ / "blocks.bin").string();
+  const auto wrongBlocks = [&](const auto& change) {
+    return wrong([&](OpacityField& field) {
+      field.packed = withBlocks(field.packed);
+      change(field.packed);
+    });
+  };
+  EXPECT_EQ(wrongBlocks([](PackedViews& packed) { packed.views[2].white = 0; }),
+            blocks + ": white[2]: found 0, expected a finite number of at least 1e-30");
+  EXPECT_NE(wrongBlocks([](PackedViews& packed) { packed.blocks.pop_back(); }).find("blocks.bin: blocks"),
+            std::string::npos);
+  EXPECT_NE(wrongBlocks([](PackedViews& packed) { packed.blocks.push_back(0); }).find("end"),
+            std::string::npos);
+  EXPECT_NE(wrongBlocks([](PackedViews& packed) { ++packed.width; }).find("expected multiples of 4"),
             std::string::npos);
 }
 

@@ -1,5 +1,6 @@
 #include "render/lightfield/olf/opacity_frame.h"
 
+#include "render/lightfield/olf/packing.h"
 #include "render/lightfield/olf/reference.h"
 #include "tests/render/gl/gl_test.h"
 #include "tests/render/lightfield/olf/painted_field.h"
@@ -161,6 +162,29 @@ TEST_F(OpacityFrameTest, CroppedAndScaledViewsAreSampledInPlace) {
     EXPECT_LE(
         shareThatDiffers(rendered(frame, blender, camera), referencePicture(field, blender, camera).color),
         0.001);
+  }
+}
+
+// Drivers mix the two colours of a block in few bits.
+TEST_F(OpacityFrameTest, BlocksShowTheReferenceUpToTheirRounding) {
+  OpacityField field = paintedField(rowOfSpheres(2), 20, kSize, Blending::vdtm);
+  field.packed = withBlocks(field.packed);
+  const ViewBlender blender(field);
+  for (const Order order : kOrders) {
+    OpacityFrame frame(field, order);
+    EXPECT_EQ(frame.textureBytes(), size_t{20 * kSize * kSize});
+    const auto camera = studio::cameraFrom<AcquisitionSpace>({1, 0.3, 0.5}, kSize);
+    const image::Image picture = rendered(frame, blender, camera);
+    const image::Image wanted =
+        referencePicture(field, blender, camera, order == Order::bsp ? over : inFrontOf).color;
+    double squares = 0, count = 0;
+    for (size_t i = 0; i < picture.values.size(); ++i) {
+      if (wanted.values[i] == 0 || picture.values[i] == 0) continue; // pixels at the outline
+      squares += std::pow(static_cast<double>(picture.values[i] - wanted.values[i]), 2), ++count;
+    }
+    const double decibels = -10 * std::log10(squares / count);
+    RecordProperty(nameOf(order), std::to_string(decibels));
+    EXPECT_GE(decibels, 50) << nameOf(order);
   }
 }
 

@@ -68,6 +68,30 @@ TEST_F(TextureSlotsTest, TexturesOfAllSizesShareSlots) {
   }
 }
 
+// Slots of several array textures, of which one draw may read all.
+TEST_F(TextureSlotsTest, SeveralArrayTexturesShowTheSameBits) {
+  const Field field = syntheticField();
+  const NoiseTextures textures(field);
+  gl::Limits limits = context_->describe().limits;
+  FrameRenderer one(field, textures, {}, limits);
+  ASSERT_EQ(one.slots().arrays()[1], one.slots().arrays()[0]);
+  std::mt19937 random(9);
+  for (const int layers : {1, 7, 61, 200}) {
+    limits.arrayLayers = layers;
+    FrameRenderer several(field, textures, {}, limits);
+    const std::vector<const gl::Texture*> arrays = several.slots().arrays();
+    EXPECT_NE(arrays[1], arrays[0]);
+    EXPECT_EQ(several.slots().shape().count,
+              std::min(field.textures(), kMostArrays * static_cast<size_t>(layers)));
+    for (const Stages method : {Stages::fused, Stages::twoStages})
+      for (int view = 0; view < 2; ++view) {
+        const Camera camera = randomCamera(random, 48, 40);
+        EXPECT_EQ(several.render(camera, {.method = method}).color.values,
+                  one.render(camera, {.method = method}).color.values);
+      }
+  }
+}
+
 TEST_F(TextureSlotsTest, ATextureLargerThanOpenGlHasIsNamed) {
   Field field = syntheticField();
   field.regions[3].chart.height = 300;
@@ -83,7 +107,11 @@ TEST_F(TextureSlotsTest, SlotsAreLimitedByBudgetTexturesAndLayers) {
   EXPECT_EQ(slotsOf(field, 100 * bytes, limits).count, 100u);
   EXPECT_EQ(slotsOf(field, 100 * bytes - 1, limits).count, 99u);
   EXPECT_EQ(slotsOf(field, 10'000 * bytes, limits).count, 432u);
-  EXPECT_EQ(slotsOf(field, 10'000 * bytes, {.textureSize = 4096, .arrayLayers = 256}).count, 256u);
+  EXPECT_EQ(slotsOf(field, 10'000 * bytes, limits).layers, 432u);
+  const SlotShape several = slotsOf(field, 10'000 * bytes, {.textureSize = 4096, .arrayLayers = 256});
+  EXPECT_EQ(several.count, 432u);
+  EXPECT_EQ(several.layers, 256u);
+  EXPECT_EQ(slotsOf(field, 10'000 * bytes, {.textureSize = 4096, .arrayLayers = 50}).count, 400u);
 }
 
 } // namespace
