@@ -33,7 +33,7 @@ namespace {
 // Splats that cast shadows on the ground, whose edges are seen at the size of pixels.
 constexpr size_t kMostGroundOccluders = size_t{1} << 18;
 constexpr size_t kMostStates = size_t{1} << 24;      // shadow states in memory at a time, 4 bytes each
-constexpr size_t kMostKeptLookUps = size_t{1} << 23; // of kept plans, 28 bytes each
+constexpr size_t kMostKeptLookUps = size_t{1} << 22; // of kept plans, 28 bytes each
 
 void beginStats(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                 FrameStats& stats) {
