@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <utility>
 
 namespace surflect::warp {
@@ -70,6 +73,34 @@ void finish(const WarpBatch& batch, DeformedCloud& deformed, size_t begin) {
     }
 }
 
+// A copy of the surfels of a batch.
+class DeformedBatch {
+public:
+  DeformedBatch(const DeformedCloud& cloud, size_t begin, size_t end) : count_(end - begin) {
+    copy(cloud.p, begin, p_), copy(cloud.u, begin, u_), copy(cloud.v, begin, v_);
+    copy(cloud.handedness, begin, handedness_);
+  }
+  // Whether a cloud has the same bits from `begin` on.
+  bool isIn(const DeformedCloud& cloud, size_t begin) const {
+    return equals(cloud.p, begin, p_) && equals(cloud.u, begin, u_) && equals(cloud.v, begin, v_) &&
+           equals(cloud.handedness, begin, handedness_);
+  }
+
+private:
+  template <class T> using Bytes = std::array<std::byte, WarpBatch::capacity * sizeof(T)>;
+  template <class T> void copy(const std::vector<T>& from, size_t begin, Bytes<T>& to) const {
+    std::memcpy(to.data(), from.data() + begin, count_ * sizeof(T));
+  }
+  template <class T> bool equals(const std::vector<T>& all, size_t begin, const Bytes<T>& kept) const {
+    return std::memcmp(kept.data(), all.data() + begin, count_ * sizeof(T)) == 0;
+  }
+
+  size_t count_;
+  Bytes<Point3<ObjectSpace>> p_;
+  Bytes<Direction3<ObjectSpace>> u_, v_;
+  Bytes<Handedness> handedness_;
+};
+
 } // namespace
 
 double differenceStep(const SurfelCloud& cloud) {
@@ -86,10 +117,16 @@ double differenceStep(const SurfelCloud& cloud) {
 
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress,
                      DeformedCloud kept) {
+  deformInto(cloud, warp, progress, kept);
+  return kept;
+}
+
+bool deformInto(const SurfelCloud& cloud, const Warp& warp, const Progress& progress,
+                DeformedCloud& deformed) {
   const size_t count = cloud.size();
   const bool exact = count == 0 || warp.jacobian(cloud.p0[0].raw().cast<double>());
   const double epsilon = exact ? 0 : differenceStep(cloud);
-  DeformedCloud deformed = std::move(kept);
+  std::atomic<bool> hasChanged = deformed.size() != count;
   const auto resize = [&](size_t size) {
     deformed.p.resize(size);
     deformed.u.resize(size);
@@ -110,7 +147,10 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
       warp.carry(batch);
     else
       carryByDifferences(warp, epsilon, batch);
+    if (hasChanged.load(std::memory_order_relaxed)) return finish(batch, deformed, begin);
+    const DeformedBatch before(deformed, begin, end);
     finish(batch, deformed, begin);
+    if (!before.isIn(deformed, begin)) hasChanged.store(true, std::memory_order_relaxed);
   };
   resize((count + kWarpGroup - 1) / kWarpGroup * kWarpGroup);
   constexpr size_t atOnce = WarpBatch::capacity;
@@ -121,7 +161,7 @@ DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress&
                         deformBatch(i * atOnce, std::min(count, (i + 1) * atOnce));
                     });
   resize(count);
-  return deformed;
+  return hasChanged;
 }
 
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp) {

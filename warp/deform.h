@@ -17,6 +17,11 @@ namespace surflect::warp {
 DeformedCloud deform(const SurfelCloud& cloud, const Warp& warp, const Progress& progress = {},
                      DeformedCloud kept = {});
 
+// deform, over the result of an earlier call. Returns false if every bit is as it was. What Cancelled leaves
+// in `deformed` has no meaning.
+bool deformInto(const SurfelCloud& cloud, const Warp& warp, const Progress& progress,
+                DeformedCloud& deformed);
+
 // Mesh with deformed vertices. The mesh must be fine enough for the warp.
 Mesh<ObjectSpace> deform(const TriangleMesh& mesh, const Warp& warp);
 

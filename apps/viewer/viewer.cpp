@@ -93,13 +93,20 @@ std::string pictureText(const FrameRequest& request, double renderSeconds, doubl
   return dumped(picture);
 }
 
+// A setting whose frames take over stages of the last one, where the method can.
+method::Setting withReuse(method::Setting setting, const std::filesystem::path& model) {
+  if (std::ranges::count(method::methodOfModel(model).renderOptions, "reuse", &method::Option::name) > 0)
+    setting.emplace("reuse", method::kOn);
+  return setting;
+}
+
 } // namespace
 
 Viewer::Viewer(ViewerInput input, const Progress& progress)
     : input_(std::move(input)), list_(openStartList(input_, progress)) {
   std::vector<session::Session::Open> openers;
   for (const std::filesystem::path& model : input_.models)
-    openers.emplace_back([model, setting = input_.setting](const Progress& opening) {
+    openers.emplace_back([model, setting = withReuse(input_.setting, model)](const Progress& opening) {
       return method::openRenderer(model, setting, opening);
     });
   session_ = std::make_unique<session::Session>(std::move(openers), untilTheEnd());

@@ -53,6 +53,8 @@ struct SplatOptions {
   // translucent object.
   bool keepsHidden = false;
   double nearDepth = 0.0; // scene units; a pinhole camera draws no splat that comes nearer
+
+  friend bool operator==(const SplatOptions&, const SplatOptions&) = default;
 };
 
 // Gaussian of a splat in (x, y, order), x and y in pixels. The splat is flat, so the covariance has rank two.

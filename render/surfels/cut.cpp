@@ -115,14 +115,17 @@ Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& 
   const auto levelOf = [&](size_t patch) -> const CutLevel& {
     return levels.levels[static_cast<size_t>(cut.levels[patch])];
   };
-  cut.levels.resize(patches);
+  cut.wanted.resize(patches);
   tbb::parallel_for(tbb::blocked_range<size_t>(0, patches, 256), [&](const auto& range) {
     progress.checkpoint();
     for (size_t patch = range.begin(); patch < range.end(); ++patch) {
       const double size = levels.middles.radius[patch] * pixelsPerLength(camera, cut.middles, patch);
-      cut.levels[patch] = std::min(levelFor(size, surfelSize), coarsest);
+      cut.wanted[patch] = std::min(levelFor(size, surfelSize), coarsest);
     }
   });
+  cut.isNew = cut.wanted != cut.levels;
+  if (!cut.isNew) return cut;
+  cut.levels.swap(cut.wanted);
   cut.first.assign(1, 0);
   for (size_t patch = 0; patch < patches; ++patch) {
     const CutLevel& level = levelOf(patch);

@@ -48,19 +48,22 @@ inline constexpr double kLargestCut = 0.9;
 // The surfels that are drawn.
 struct Cut {
   bool isWhole = false; // the whole cloud is drawn as it is; `cloud` and `surfels` have no meaning
+  bool isNew = true;    // it may differ from the cut that cutFor was given
   SurfelCloud cloud;
   std::vector<uint32_t> surfels; // their indices in the whole cloud, ascending
 
   // Working memory of cutFor.
   DeformedCloud middles;
-  std::vector<double> levels; // per patch
+  std::vector<double> levels; // per patch; empty if the cut is unfinished
+  std::vector<double> wanted; // levels of the next cut
   std::vector<size_t> first;  // per patch: its first surfel in `surfels`; then the end
 };
 
 // Surfels of a frame at `surfelSize` > 0 pixels from each other. Each patch has one level, that of its
 // middle, with the splats of splatAt. Levels, and with them the splats, change continuously with warp and
 // camera. There is one exception: a cut that would leave out less than a tenth of the cloud is not made
-// (kLargestCut). `kept` donates its memory.
+// (kLargestCut). `kept` donates its memory; a cut of the same cloud with the same levels is returned as it
+// is.
 Cut cutFor(const SurfelCloud& cloud, const CutLevels& levels, const warp::Warp& warp,
            const capture::Camera<ObjectSpace>& camera, double surfelSize, const Progress& progress = {},
            Cut kept = {});

@@ -10,6 +10,7 @@
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/queries.h"
 #include "srf/shading/taps.h"
+#include "surfel/base/text.h"
 #include "warp/deform.h"
 
 #include <algorithm>
@@ -32,7 +33,8 @@ namespace {
 
 // Splats that cast shadows on the ground, whose edges are seen at the size of pixels.
 constexpr size_t kMostGroundOccluders = size_t{1} << 18;
-constexpr size_t kMostStates = size_t{1} << 24; // shadow states in memory at a time, 4 bytes each
+constexpr size_t kMostStates = size_t{1} << 24;      // shadow states in memory at a time, 4 bytes each
+constexpr size_t kMostKeptLookUps = size_t{1} << 22; // of kept plans, 28 bytes each
 
 void beginStats(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
                 FrameStats& stats) {
@@ -122,26 +124,43 @@ public:
       : lit_(lit), workspace_(workspace), progress_(progress) {
     const scene::Scene& scene = lit.scene;
     FrameStats& stats = workspace.stats;
+    KeptStages& kept = workspace.kept;
+    const std::optional<RasterKey> before = std::exchange(kept.raster, std::nullopt);
     if (options.surfelSize > 0)
       workspace.cut = cutFor(field.cloud, *workspace.levels, scene.warp, scene.camera, options.surfelSize,
                              progress, std::move(workspace.cut));
     isCut_ = options.surfelSize > 0 && !workspace.cut.isWhole;
     cloud_ = isCut_ ? &workspace.cut.cloud : &field.cloud;
     stats.surfels = cloud().size();
-    workspace.deformed = warp::deform(cloud(), scene.warp, progress, std::move(workspace.deformed));
+    const bool isSameCloud = before && before->isCut == isCut_ && !(isCut_ && workspace.cut.isNew);
+    const bool hasMoved = warp::deformInto(cloud(), scene.warp, progress, workspace.deformed);
+    const bool isPosed = workspace.keepsStages && isSameCloud && !hasMoved;
     clock.finish("warp");
 
+    bool keepsShadows = false;
     if (castsShadows(field, options.shade, options.shadows) && stats.pairLights > 0) {
       if (!workspace.occluders) workspace.occluders = occludersOf(field.cloud, *field.levels);
-      shadows_.emplace(*workspace.occluders, field.cloud, scene, progress);
+      if (!workspace.keepsStages || !kept.occluders)
+        kept.occluders.emplace(*workspace.occluders, field.cloud);
+      keepsShadows = !kept.occluders->follow(scene.warp, progress);
+      if (!keepsShadows) kept.shadows.clear();
+      shadows_.emplace(*kept.occluders, scene);
+      if (workspace.keepsStages)
+        shadows_->keepIn(kept.shadows, field.cloud.size(),
+                         isCut_ ? std::span(workspace.cut.surfels) : std::span<const uint32_t>{});
       stats.occluders = workspace.occluders->surfels.size();
       clock.finish("shadows");
     }
 
-    splat::SplatOptions splatting = options.splats;
-    splatting.keepsHidden = isTranslucent(field, options);
-    workspace.raster = splat::rasterize(scene.camera, splat::splatsOf(cloud(), workspace.deformed), splatting,
-                                        progress, std::move(workspace.raster));
+    RasterKey key{scene.camera, options.splats, isCut_};
+    key.splats.keepsHidden = isTranslucent(field, options);
+    const bool isSeen = isPosed && before == key;
+    if (!isSeen)
+      workspace.raster = splat::rasterize(scene.camera, splat::splatsOf(cloud(), workspace.deformed),
+                                          key.splats, progress, std::move(workspace.raster));
+    kept.raster = key;
+    isKept_ = isSeen && (keepsShadows || !shadows_);
+    if (!isKept_) kept.clearAnswers();
     countSplats(workspace.raster, stats);
     clock.finish("splat");
     if (options.tangents != Tangents::polar)
@@ -150,14 +169,20 @@ public:
   }
 
   bool isCut() const { return isCut_; }
+  // Whether raster and shadows are those of the last frame, but for the lights of shadows.
+  bool isKept() const { return isKept_; }
   const SurfelCloud& cloud() const { return *cloud_; } // of the field, or of the cut
   const std::optional<CastShadows>& shadows() const { return shadows_; }
 
-  // Queries of surfels of the cloud, without shadow states and places.
-  void write(std::span<const uint32_t> surfels, weights::QueryBatch& batch) const {
-    writeQueries(cloud(), tangents_ ? *tangents_ : workspace_.deformed, surfels, lit_.scene.camera,
-                 lit_.scene.lights, lit_.environments, progress_, batch);
+  // Queries of surfels of the cloud for some lights, without shadow states and places.
+  void write(std::span<const uint32_t> surfels, std::span<const scene::ShotLight> lights,
+             weights::QueryBatch& batch) const {
+    writeQueries(cloud(), tangents_ ? *tangents_ : workspace_.deformed, surfels, lit_.scene.camera, lights,
+                 lit_.environments, progress_, batch);
     batch.reached.clear();
+  }
+  void write(std::span<const uint32_t> surfels, weights::QueryBatch& batch) const {
+    write(surfels, lit_.scene.lights, batch);
   }
   // Names the surfels of a batch by their numbers in the field.
   void numberInField(weights::QueryBatch& batch) const {
@@ -170,17 +195,36 @@ private:
   const LitScene& lit_;
   const FrameWorkspace& workspace_;
   const Progress& progress_;
-  bool isCut_ = false;
+  bool isCut_ = false, isKept_ = false;
   const SurfelCloud* cloud_ = nullptr;
   std::optional<CastShadows> shadows_;    // of lights that are weighted by pairs
   std::optional<DeformedCloud> tangents_; // for L, unless they are those of the deformed cloud
 };
+
+// Surfels that are shaded, and those that are asked for their weights.
+struct Askers {
+  std::span<const uint32_t> places;      // the surfels that are shaded
+  std::span<const uint32_t> surfels;     // those that are asked
+  const PatchCorners* corners = nullptr; // if corners are blended
+  const PatchQueries* middles = nullptr; // if patches share weights
+  std::span<const float> states; // with corners: shadow states of the places, those of one in succession
+};
+
+// Keeps some of the `all` columns of a matrix that is stored row by row.
+void keepColumns(std::span<const uint32_t> columns, size_t all, std::vector<float>& matrix) {
+  const size_t rows = matrix.size() / all;
+  for (size_t row = 0; row < rows; ++row)
+    for (size_t k = 0; k < columns.size(); ++k)
+      matrix[row * columns.size() + k] = matrix[row * all + columns[k]];
+  matrix.resize(rows * columns.size());
+}
 
 // Colour and AOVs of a frame by splats.
 FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene& lit,
                          const FrameOptions& options, FrameWorkspace& workspace, StageClock& clock,
                          const Progress& progress) {
   FrameStats& stats = workspace.stats;
+  KeptStages& kept = workspace.kept;
   const bool showsLayers = isTranslucent(field, options);
   const bool mayBlend =
       !showsLayers && lit.environments.empty() && weights::blendsCorners(field, options.shade);
@@ -210,50 +254,100 @@ FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene&
   } else if (sharesWeights) {
     middles = patchQueries(patchesOfFrame, visible, deformed);
   }
-  const std::span<const uint32_t> asking = blendsCorners   ? std::span<const uint32_t>(cornerSurfels)
-                                           : sharesWeights ? std::span<const uint32_t>(middles.surfels)
-                                                           : visible;
-  stats.queries = asking.size();
+  const Askers askers = blendsCorners   ? Askers{visible, cornerSurfels, &corners, nullptr, shadowStates}
+                        : sharesWeights ? Askers{visible, middles.surfels, nullptr, &middles, {}}
+                                        : Askers{visible, visible, nullptr, nullptr, {}};
   std::vector<Direction3<AcquisitionSpace>> towardsView; // of visible surfels, if the object is translucent
-  const shading::FillBatch write = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
-    const auto surfels = asking.subspan(begin, end - begin);
-    posed.write(surfels, batch);
-    if (blendsCorners) {
-      corners.addPlaces(visible, begin, end, batch);
-      for (size_t corner = begin; shadows && corner < end; ++corner) {
-        const auto states =
-            std::span(shadowStates).subspan(corners.corners[corner] * stats.pairLights, stats.pairLights);
-        batch.reached.insert(batch.reached.end(), states.begin(), states.end());
-      }
-    } else {
-      if (shadows) shadows->fill(deformed, surfels, batch);
-      if (sharesWeights) addPlaces(middles, visible, begin, end, batch);
-    }
-    posed.numberInField(batch);
-  };
-  const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
-    write(begin, end, batch);
-    if (showsLayers) addDirections(batch, towardsView);
-    clock.finish("queries");
-  };
   weights::ShadeOptions shading = options.shade;
   shading.placesPerQuery = sharesWeights ? perQuery : 1;
   shading.showsBlends = std::ranges::any_of(
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
-  shading::Shaded shaded =
-      shading::shade(field, asking.size(), fill, shading, workspace.cache, stats.shading, progress,
-                     [&](double planning) { clock.finish("ulr", planning, "look-up"); });
+  // Shades surfels under lights of the scene, named by their numbers.
+  const auto shadeUnder = [&](const Askers& all, std::span<const uint32_t> numbers,
+                              const shading::Kept& keeping) {
+    std::vector<scene::ShotLight> lights;
+    for (const uint32_t number : numbers) lights.push_back(lit.scene.lights[number]);
+    const shading::FillBatch fill = [&](size_t begin, size_t end, weights::QueryBatch& batch) {
+      const auto surfels = all.surfels.subspan(begin, end - begin);
+      posed.write(surfels, lights, batch);
+      if (all.corners) {
+        all.corners->addPlaces(all.places, begin, end, batch);
+        for (size_t corner = begin; shadows && corner < end; ++corner)
+          for (const uint32_t number : numbers)
+            batch.reached.push_back(all.states[all.corners->corners[corner] * stats.pairLights + number]);
+      } else {
+        if (shadows) shadows->fill(deformed, surfels, batch);
+        if (numbers.size() < stats.pairLights) keepColumns(numbers, stats.pairLights, batch.reached);
+        if (all.middles) addPlaces(*all.middles, all.places, begin, end, batch);
+      }
+      posed.numberInField(batch);
+      if (showsLayers) addDirections(batch, towardsView);
+      clock.finish("queries");
+    };
+    stats.queries += all.surfels.size();
+    return shading::shade(
+        field, all.surfels.size(), fill, shading, workspace.cache, stats.shading, progress,
+        [&](double planning) { clock.finish("ulr", planning, "look-up"); }, keeping);
+  };
+  const QueryKey key{shading,
+                     options.tangents,
+                     perQuery,
+                     blendsCorners,
+                     shadows.has_value(),
+                     lit.scene.lights.size(),
+                     lit.environments.size()};
+  const std::vector<uint32_t> every = upTo(lit.scene.lights.size());
+  const bool keepsAnswers = workspace.keepsStages && mayBlend && !shading.showsBlends && every.size() > 1 &&
+                            visible.size() * every.size() <= kMostStates;
+  shading::Shaded shaded;
+  if (keepsAnswers) {
+    shading.showsTargets = true;
+    const auto missing = kept.answers.missing(key, lit.scene.lights, corners);
+    kept.answers.begin(every.size(), visible.size(), weights::usesTables(field, options.shade) ? 2 : 1);
+    shaded = shadeUnder(askers, missing.lights, {});
+    kept.answers.take(shaded, missing.lights, upTo(visible.size()));
+    if (!missing.groups.empty()) {
+      std::vector<uint32_t> places;
+      const PatchCorners some = someGroups(corners, missing.groups, places);
+      std::vector<uint32_t> surfels;
+      std::vector<float> states;
+      for (const uint32_t place : places) {
+        surfels.push_back(visible[place]);
+        for (size_t l = 0; shadows && l < every.size(); ++l)
+          states.push_back(shadowStates[place * every.size() + l]);
+      }
+      const std::vector<uint32_t> asking = some.surfels(surfels);
+      kept.answers.take(shadeUnder({surfels, asking, &some, nullptr, states}, missing.others, {}),
+                        missing.others, places);
+    }
+    shaded.radiance = kept.answers.radiance();
+    stats.unmatchedShadows = kept.answers.unmatchedShadows();
+    kept.answers.finish(key, lit.scene.lights, std::move(corners));
+    shading.showsTargets = false;
+  } else {
+    // Kept once a second frame has the same raster, or the same lights.
+    const bool keepsPlans =
+        workspace.keepsStages && posed.isKept() && visible.size() * options.shade.cameras <= kMostKeptLookUps;
+    const bool keepsLookUps = workspace.keepsStages && !keepsPlans && !shading.showsBlends &&
+                              lit.environments.empty() && !every.empty() &&
+                              std::ranges::equal(kept.lights, lit.scene.lights, isSameLight);
+    if (!keepsPlans || kept.plansKey != key) kept.plans = {};
+    kept.plansKey = key;
+    shaded = shadeUnder(askers, every,
+                        {keepsPlans ? &kept.plans : nullptr, keepsLookUps ? &kept.lookUps : nullptr});
+    stats.unmatchedShadows = shaded.unmatchedShadows.size();
+  }
   stats.unseen = shaded.unseen;
-  stats.unmatchedShadows = shaded.unmatchedShadows;
+  kept.lights = lit.scene.lights;
 
   const bool predictsError = std::ranges::count(options.aovs, "predicted_error") > 0;
   std::vector<float> gaps;
   if (predictsError) gaps = viewGaps(shaded.confidence);
   if (options.shade.interpolation == weights::Interpolation::paper) shaded.confidence.clear();
   FrameLayers layers = std::move(workspace.layers);
-  const auto developed = [&](image::Image kept) {
-    return showsLayers ? developLayers(raster, cloud, towardsView, shaded, std::move(kept), progress)
-                       : developRadiance(raster, shaded, std::move(kept), progress);
+  const auto developed = [&](image::Image memory) {
+    return showsLayers ? developLayers(raster, cloud, towardsView, shaded, std::move(memory), progress)
+                       : developRadiance(raster, shaded, std::move(memory), progress);
   };
   layers.color = developed(std::move(layers.color));
   clock.finish("develop");

@@ -10,6 +10,7 @@
 #include "render/splat/splat_raster.h"
 #include "render/surfels/cut.h"
 #include "render/surfels/ground_shadow.h"
+#include "render/surfels/kept_stages.h"
 #include "render/surfels/predicted_error.h"
 #include "render/surfels/prepared_environment.h"
 #include "srf/shading/shade.h"
@@ -89,8 +90,8 @@ struct FrameOptions {
   std::optional<ErrorModel> errorModel = {}; // of the AOV predicted_error; none: the fitted one
 };
 
-// Blocks, environments and memory that one frame passes on to the next. Owned by the caller; one frame uses
-// it at a time.
+// Blocks, environments and memory that one frame passes on to the next, and the stages that it may take over.
+// Owned by the caller; one frame uses it at a time.
 struct FrameWorkspace {
   // Keeps up to cacheBytes of decoded blocks. The field must outlive the workspace.
   FrameWorkspace(const weights::ReflectanceField& field, size_t cacheBytes)
@@ -111,6 +112,10 @@ struct FrameWorkspace {
   size_t surfelsPerPatch = 1; // no patches are needed for 1
   FrameLayers layers;         // memory for the next frame: a caller that is done with a frame may put it here
   FrameStats stats;           // of the last frame, or question for its photographs
+  // Frames take over stages of the last one where they would come out the same (kept_stages.h). Their bits
+  // do not change, but `stats` then counts only what was done.
+  bool keepsStages = false;
+  KeptStages kept;
 };
 
 // Throws Error as shade does, and Cancelled.

@@ -146,6 +146,43 @@ void PatchCorners::addPlaces(std::span<const uint32_t> visible, size_t begin, si
     batch.firstPlace.push_back(firstPlace[group] - first);
 }
 
+std::vector<uint32_t> changedGroups(const PatchCorners& before, const PatchCorners& now) {
+  const auto cornersOf = [](const PatchCorners& all, size_t group) {
+    return std::span(all.corners).subspan(kCorners * group, kCorners);
+  };
+  std::vector<uint32_t> changed;
+  size_t same = 0; // the first group of `before` that does not lie before that of `now`
+  for (uint32_t group = 0; group < now.groups(); ++group) {
+    while (same < before.groups() && before.firstPlace[same] < now.firstPlace[group]) ++same;
+    if (same == before.groups() || before.firstPlace[same] != now.firstPlace[group] ||
+        before.firstPlace[same + 1] != now.firstPlace[group + 1] ||
+        !std::ranges::equal(cornersOf(before, same), cornersOf(now, group)))
+      changed.push_back(group);
+  }
+  return changed;
+}
+
+PatchCorners someGroups(const PatchCorners& all, std::span<const uint32_t> groups,
+                        std::vector<uint32_t>& places) {
+  PatchCorners some;
+  places.clear();
+  for (const uint32_t group : groups) {
+    const uint32_t begin = all.firstPlace[group], end = all.firstPlace[group + 1];
+    const auto first = static_cast<uint32_t>(places.size());
+    some.firstPlace.push_back(first);
+    for (size_t k = 0; k < kCorners; ++k) {
+      assert(all.corners[kCorners * group + k] >= begin && all.corners[kCorners * group + k] < end);
+      some.corners.push_back(all.corners[kCorners * group + k] - begin + first);
+    }
+    for (uint32_t place = begin; place < end; ++place) {
+      places.push_back(place);
+      some.weights.push_back(all.weights[place]);
+    }
+  }
+  some.firstPlace.push_back(static_cast<uint32_t>(places.size()));
+  return some;
+}
+
 PatchCorners patchCorners(const SurfelCloud& cloud, const Patches& patches, std::span<const uint32_t> visible,
                           std::span<const float> reached, size_t lights) {
   assert(reached.empty() || reached.size() == visible.size() * lights);

@@ -25,12 +25,21 @@ struct PatchCorners {
   std::vector<uint32_t> firstPlace;               // of each group, then the length of the list
   std::vector<weights::AtCorners<float>> weights; // of the corners, at each visible surfel
 
+  size_t groups() const { return corners.size() / 4; }
   // The surfels that are corners.
   std::vector<uint32_t> surfels(std::span<const uint32_t> visible) const;
   // Adds the places of the queries [begin, end), multiples of four, to a batch.
   void addPlaces(std::span<const uint32_t> visible, size_t begin, size_t end,
                  weights::QueryBatch& batch) const;
 };
+
+// Numbers of the groups of `now` that do not have the same places and corners in `before`.
+std::vector<uint32_t> changedGroups(const PatchCorners& before, const PatchCorners& now);
+
+// Some groups, ascending, as corners of a list of a list of their places alone; `places` receives that list,
+// of indices of the whole one.
+PatchCorners someGroups(const PatchCorners& all, std::span<const uint32_t> groups,
+                        std::vector<uint32_t>& places);
 
 // visible: surfels of a cloud, ascending. patches: of this cloud. reached: shadow states, `lights` of each
 // visible surfel in succession; empty without any. The same bits for any number of threads.

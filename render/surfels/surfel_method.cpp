@@ -21,10 +21,11 @@ namespace {
 
 using method::Option, method::Setting, method::Value, method::row, method::wholeRange, method::words;
 
-// Options as they are given: those of a frame, and the memory that is kept between frames.
+// Options as they are given: those of a frame, and what is kept between frames.
 struct SurfelOptions {
   FrameOptions frame;
   size_t cacheMb = 1024;
+  bool reuse = false;
 };
 
 constexpr const char *kInterpolation = "interpolation", *kNearest = "nearest";
@@ -114,7 +115,12 @@ const method::Rows<SurfelOptions>& rows() {
                                   "tables, blend those of four corners (default: 4 under kriging, else 1)"}),
       row<SurfelOptions>(
           "cache_mb", [](auto& o) -> auto& { return o.cacheMb; },
-          {.domain = wholeRange(0, 1 << 24), .help = "memory for decoded blocks, MiB", .atOpening = true})};
+          {.domain = wholeRange(0, 1 << 24), .help = "memory for decoded blocks, MiB", .atOpening = true}),
+      row<SurfelOptions>(
+          "reuse", [](auto& o) -> auto& { return o.reuse; },
+          {.help = "take over stages of the last frame while only lamps or only the camera move; same "
+                   "pictures, up to 1 GiB more memory",
+           .atOpening = true})};
   return kRows;
 }
 
@@ -253,6 +259,7 @@ SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const 
                    .aovs = {scene::aovNames.begin(), scene::aovNames.end()}},
       workspace_(*model_, optionsOf(setting).cacheMb << 20) {
   if (model_->grid) std::erase(description_.aovs, "predicted_error");
+  workspace_.keepsStages = optionsOf(setting).reuse;
   set(method::forFrames(rows_, setting));
 }
 

@@ -196,7 +196,11 @@ void Executor::executeAll(ExecutedPart& part, size_t count, const auto& numberOf
 void Executor::executeResident(ExecutedPart& part) const {
   for (const ShadingOp& op : part.part.ops)
     part.lookups += part.part.rows->weightsOf(op.rowBegin, op.rowEnd).size();
-  executeAll(part, part.part.ops.size(), [](size_t i) { return static_cast<uint32_t>(i); });
+  const std::span asked = part.part.asked;
+  if (part.part.kept)
+    executeAll(part, asked.size(), [&](size_t i) { return asked[i].op; });
+  else
+    executeAll(part, part.part.ops.size(), [](size_t i) { return static_cast<uint32_t>(i); });
 }
 
 void Executor::executeWaiting(std::span<ExecutedPart> parts) const {

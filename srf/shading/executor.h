@@ -31,6 +31,10 @@ struct ExecutedPart {
   void begin(const ShadingPart& next) {
     part = next;
     radiance.assign(part.ops.size(), {});
+    for (const auto& [op, slot] : part.known) {
+      const Rgb& known = part.kept->radiance(slot);
+      radiance[op] = {known.r, known.g, known.b, 0};
+    }
     isLost.assign(part.ops.size(), false);
     waiting.clear();
     needed.clear();
@@ -44,8 +48,9 @@ public:
   // The arguments must outlive the executor.
   Executor(codec::BlockCache& cache, const Progress& progress) : cache_(cache), progress_(progress) {}
 
-  // Executes the operations whose blocks are in memory, in order, as neighbours share rows and blocks; lists
-  // the others in `waiting`. Safe from many threads at once with different parts.
+  // Executes the operations whose radiance is not known and whose blocks are in memory, in order, as
+  // neighbours share rows and blocks; lists the others in `waiting`. Safe from many threads at once with
+  // different parts.
   void executeResident(ExecutedPart& part) const;
 
   // Executes all waiting operations. Blocks of several parts are fetched together, in disk order. Leaves each

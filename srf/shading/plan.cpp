@@ -10,6 +10,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <limits>
 #include <variant>
@@ -100,19 +101,29 @@ public:
         cameras_(field, batch, options), lights_(field, coverage, batch, options, sources), emitter_(field),
         viewColor_(weights::blendColors(field.rig.views.size())) {}
 
-  void plan(size_t begin, size_t end, ShadingPlan& plan) {
+  void plan(size_t begin, size_t end, ShadingPlan& plan, bool relights = false) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
     const size_t firstPlace = batch_.placeBegin(begin);
+    auto relit = plan.ops.begin(); // the first operation that waits for its light row
     for (size_t first = begin; first < end; first += weights::kQueryLanes) {
       const size_t count = std::min(weights::kQueryLanes, end - first);
       if (isLit) lights_.prepare(first, count, plan.rows);
-      cameras_.prepare(first, count);
+      if (!relights) cameras_.prepare(first, count);
       for (size_t lane = 0; lane < count; ++lane) {
         const size_t placeBegin = batch_.placeBegin(first + lane),
                      placeEnd = batch_.placeBegin(first + lane + 1);
         const weights::LightWeights::Row row =
             isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
         const float share = share_ * (colorScales_.empty() ? 1 : colorScales_[first + lane - firstQuery_]);
+        for (size_t i = placeBegin - firstPlace; isLit && showsBlends && i < placeEnd - firstPlace; ++i)
+          plan.lightBlend[i] = plan.lightBlend[i] + share / share_ * lights_.blendColor();
+        if (relights) {
+          for (; relit != plan.ops.end() && relit->target < placeEnd - firstPlace; ++relit) {
+            relit->rowBegin = static_cast<uint32_t>(row.begin);
+            relit->rowEnd = static_cast<uint32_t>(row.end);
+          }
+          continue;
+        }
         const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
@@ -123,10 +134,66 @@ public:
           }
         });
         for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
-          if (isLit && showsBlends)
-            plan.lightBlend[i] = plan.lightBlend[i] + share / share_ * lights_.blendColor();
           if (!isWhole_) continue; // known from the lights
           plan.confidence[i] = weights::confidenceOf(best.penalty);
+          if (!best.isSeen) ++plan.unseen;
+        }
+      }
+    }
+  }
+
+  // As plan(), for all lights. Rows are made where a place asks for a look-up.
+  void planKept(size_t begin, size_t end, ShadingPlan& plan, KeptLookUps& kept) {
+    const size_t firstPlace = batch_.placeBegin(begin);
+    struct Lane {
+      weights::BlendSet views;
+      weights::BestView best;
+      bool asks = false;
+    };
+    std::array<Lane, weights::kQueryLanes> lanes;
+    std::vector<uint32_t>& slots = slots_; // of the lanes: place by place, view by view
+    for (size_t first = begin; first < end; first += weights::kQueryLanes) {
+      const size_t count = std::min(weights::kQueryLanes, end - first);
+      cameras_.prepare(first, count);
+      slots.clear();
+      bool asks = false;
+      for (size_t l = 0; l < count; ++l) {
+        Lane& lane = lanes[l] = {};
+        std::array<uint32_t, weights::kMaxBlended> views;
+        lane.best = cameras_.forEach(l, [&](uint32_t view, float weight) {
+          views[lane.views.size()] = view;
+          lane.views.push({view, weight});
+        });
+        for (size_t place = batch_.placeBegin(first + l); place < batch_.placeBegin(first + l + 1); ++place) {
+          const size_t at = slots.size();
+          slots.resize(at + lane.views.size());
+          kept.assign(batch_.placeAt(place), batch_, first + l, std::span(views).first(lane.views.size()),
+                      slots.data() + at);
+          for (size_t i = at; i < slots.size(); ++i) lane.asks |= !kept.isKnown(slots[i]);
+        }
+        asks |= lane.asks;
+      }
+      if (asks) lights_.prepare(first, count, plan.rows);
+      size_t at = 0; // slot of the lane's first place
+      for (size_t l = 0; l < count; ++l) {
+        const auto& [views, best, laneAsks] = lanes[l];
+        const weights::LightWeights::Row row =
+            laneAsks ? lights_.append(l, plan.rows) : weights::LightWeights::Row{0, 0};
+        const size_t placeBegin = batch_.placeBegin(first + l), placeEnd = batch_.placeBegin(first + l + 1);
+        for (size_t i = 0; i < views.size(); ++i)
+          for (size_t place = placeBegin; place < placeEnd; ++place) {
+            const uint32_t slot = slots[at + (place - placeBegin) * views.size() + i];
+            const bool isKnown = kept.isKnown(slot);
+            const size_t op = plan.ops.size();
+            emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
+            emitter_.emit(place - firstPlace, views[i].index, views[i].weight, isKnown ? 0 : row.begin,
+                          isKnown ? 0 : row.end, plan);
+            if (plan.ops.size() > op)
+              (isKnown ? plan.known : plan.asked).push_back({static_cast<uint32_t>(op), slot});
+          }
+        at += (placeEnd - placeBegin) * views.size();
+        for (size_t place = placeBegin; place < placeEnd; ++place) {
+          plan.confidence[place - firstPlace] = weights::confidenceOf(best.penalty);
           if (!best.isSeen) ++plan.unseen;
         }
       }
@@ -158,6 +225,7 @@ private:
   weights::LightWeights lights_;
   Emitter emitter_;
   std::vector<Rgb> viewColor_;
+  std::vector<uint32_t> slots_; // working memory of planKept
 };
 
 // Sum of values at corners by the weights of a place.
@@ -331,7 +399,8 @@ private:
       emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
       for (size_t l = 0; l < batch_.lights; ++l) {
         if (corners_ > 1 || place == begin) writeOperations(lights_[l], own, batch_.placeAt(place), plan);
-        if (atPlace(lights_[l].lacksState, own) > 0.5f) ++plan.unmatchedShadows;
+        if (atPlace(lights_[l].lacksState, own) > 0.5f)
+          plan.unmatchedShadows.push_back(static_cast<uint32_t>(i * batch_.lights + l));
         planLight(place, l, own, plan);
       }
     }
@@ -502,6 +571,13 @@ void requireLights(const weights::ReflectanceField& field, const weights::QueryB
         .in(field.folder);
 }
 
+// Operations name their rows and targets by 32 bits.
+void requireIndices(const ShadingPlan& plan) {
+  if (std::max({plan.rows.weights.size(), plan.rows.lights.size(), plan.targets()}) >
+      std::numeric_limits<uint32_t>::max())
+    throw Error("too many surfels and lights to be planned at once");
+}
+
 } // namespace
 
 void addOffsets(const ShadingPlan& plan, std::span<Rgb> radiance) {
@@ -540,6 +616,27 @@ struct ShadingPlanner::Impl {
                                weights::LightSources::all)
                      : Planner(std::in_place_type<PairPlanner>, field, coverage, batch, options);
   }};
+
+  // Empties a plan of the queries [begin, end), and makes room.
+  void begin(size_t begin, size_t end, ShadingPlan& plan) const {
+    plan.places = batch.placeBegin(end) - batch.placeBegin(begin);
+    plan.targetsPerPlace = targetsPerPlace;
+    plan.tablesPerPlace = hasTables ? batch.lights : 0;
+    plan.ops.clear();
+    plan.rows.clear();
+    plan.kept = nullptr;
+    plan.known.clear();
+    plan.asked.clear();
+    plan.unseen = 0;
+    plan.unmatchedShadows.clear();
+    plan.offsets.assign(hasTables ? plan.targets() : 0, {});
+    plan.tableShares.assign(plan.places * plan.tablesPerPlace, 0);
+    plan.confidence.resize(plan.places);
+    const size_t blends = options.showsBlends ? plan.places : 0;
+    plan.alphaSums.assign(usesAlpha ? plan.targets() : 0, {});
+    plan.cameraBlend.assign(blends, {});
+    plan.lightBlend.assign(blends, {});
+  }
 };
 
 ShadingPlanner::ShadingPlanner(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
@@ -565,24 +662,29 @@ size_t ShadingPlanner::queriesPerPlan() const {
 }
 
 void ShadingPlanner::plan(size_t begin, size_t end, ShadingPlan& plan) {
-  plan.places = impl_->batch.placeBegin(end) - impl_->batch.placeBegin(begin);
-  plan.targetsPerPlace = targetsPerPlace();
-  plan.tablesPerPlace = impl_->hasTables ? impl_->batch.lights : 0;
-  plan.ops.clear();
-  plan.rows.clear();
-  plan.unseen = plan.unmatchedShadows = 0;
-  plan.offsets.assign(impl_->hasTables ? plan.targets() : 0, {});
-  plan.tableShares.assign(plan.places * plan.tablesPerPlace, 0);
-  plan.confidence.resize(plan.places);
-  const size_t blends = impl_->options.showsBlends ? plan.places : 0;
-  plan.alphaSums.assign(impl_->usesAlpha ? plan.targets() : 0, {});
-  plan.cameraBlend.assign(blends, {});
-  plan.lightBlend.assign(blends, {});
+  impl_->begin(begin, end, plan);
   std::visit([&](auto& planner) { planner.plan(begin, end, plan); }, impl_->planners.local());
   meanAlpha(plan);
-  if (std::max({plan.rows.weights.size(), plan.rows.lights.size(), plan.targets()}) >
-      std::numeric_limits<uint32_t>::max())
-    throw Error("too many surfels and lights to be planned at once");
+  requireIndices(plan);
+}
+
+void ShadingPlanner::planKept(size_t begin, size_t end, ShadingPlan& plan, KeptLookUps& kept) {
+  assert(canRelight() && !impl_->options.showsBlends);
+  impl_->begin(begin, end, plan);
+  plan.kept = &kept;
+  std::get<ProductPlanner>(impl_->planners.local()).planKept(begin, end, plan, kept);
+  meanAlpha(plan);
+  requireIndices(plan);
+}
+
+bool ShadingPlanner::canRelight() const { return impl_->isProduct; }
+
+void ShadingPlanner::relight(size_t begin, size_t end, ShadingPlan& plan) {
+  assert(canRelight() && plan.places == impl_->batch.placeBegin(end) - impl_->batch.placeBegin(begin));
+  plan.rows.clear();
+  plan.lightBlend.assign(plan.lightBlend.size(), {});
+  std::get<ProductPlanner>(impl_->planners.local()).plan(begin, end, plan, true);
+  requireIndices(plan);
 }
 
 ShadingPlan planShading(const weights::ReflectanceField& field, const weights::QueryBatch& batch,

@@ -13,6 +13,7 @@
 // that correct the tables, and a colour that is added to their sum.
 #pragma once
 
+#include "srf/shading/kept_look_ups.h"
 #include "srf/weights/light_table.h"
 #include "srf/weights/query.h"
 #include "srf/weights/reflectance_field.h"
@@ -37,11 +38,19 @@ struct ShadingOp {
   uint32_t rowBegin = 0, rowEnd = 0; // light row: a range of weights::LightRows::lights
 };
 
+// An operation and its slot of KeptLookUps.
+struct KeptOp {
+  uint32_t op, slot;
+};
+
 // Operations that can be executed independently of others. The rows must outlive the part.
 struct ShadingPart {
   std::span<const ShadingOp> ops;
   const weights::LightRows* rows = nullptr;
   size_t targets = 0;
+  // If not null, operations take their radiance from its slots, or bring it there.
+  KeptLookUps* kept = nullptr;
+  std::span<const KeptOp> known = {}, asked = {}; // all operations
 };
 
 struct ShadingPlan {
@@ -58,6 +67,8 @@ struct ShadingPlan {
   std::vector<Rgb> offsets;
   std::vector<ShadingOp> ops;
   weights::LightRows rows;
+  KeptLookUps* kept = nullptr;      // as in ShadingPart
+  std::vector<KeptOp> known, asked; // likewise
   // One per place: confidenceOf (ulr.h) its best view's penalty. Neither lights nor missing texels affect it.
   std::vector<float> confidence;
   // One per place, if the field has alpha and the options use it: blended alpha, the mean over targets.
@@ -68,11 +79,12 @@ struct ShadingPlan {
   std::vector<AlphaSum> alphaSums; // one per target, if there is alpha
   // One per place, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
-  size_t unseen = 0;           // places with fallback views only
-  size_t unmatchedShadows = 0; // places and lights for which few photographs have the requested shadow state
+  size_t unseen = 0; // places with fallback views only
+  // Places and lights for which few photographs have the requested shadow state: place * lights + light.
+  std::vector<uint32_t> unmatchedShadows;
 
   size_t targets() const { return places * targetsPerPlace; }
-  ShadingPart part() const { return {ops, &rows, targets()}; }
+  ShadingPart part() const { return {ops, &rows, targets(), kept, known, asked}; }
 };
 
 // Adds the offsets of a plan to the radiance of its targets.
@@ -96,6 +108,15 @@ public:
   // Plans the queries [begin, end) of the batch into `plan`, reusing its memory; targets count from 0. Safe
   // from many threads at once.
   void plan(size_t begin, size_t end, ShadingPlan& plan);
+
+  // True if cameras and lights have separate weights for all queries, so that plans can be relit.
+  bool canRelight() const;
+  // Plans the queries [begin, end) as plan() does, from a plan of queries that differ in nothing but the
+  // directions and irradiance of their lights. Look-ups and weights of cameras are those of that plan.
+  void relight(size_t begin, size_t end, ShadingPlan& plan);
+  // Plans them as plan() does, but for the light rows of surfels whose look-ups are all known. For plans that
+  // can be relit, without environments; `kept` has begun with the batch and options.
+  void planKept(size_t begin, size_t end, ShadingPlan& plan, KeptLookUps& kept);
 
 private:
   struct Impl;

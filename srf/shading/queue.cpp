@@ -44,9 +44,18 @@ struct WeightSums {
   float scale() const { return all == kept || kept == 0 ? 1.f : static_cast<float>(all / kept); }
 };
 
+// Brings the radiance of a part's operations to their slots.
+void keep(const ExecutedPart& executed) {
+  for (const auto& [op, slot] : executed.part.asked)
+    if (!executed.isLost[op])
+      executed.part.kept->set(slot,
+                              {executed.radiance[op][0], executed.radiance[op][1], executed.radiance[op][2]});
+}
+
 // Sums the radiance of a part's operations by target.
 void sumUp(ExecutedPart& executed) {
-  const auto& [ops, rows, targets] = executed.part;
+  const std::span<const ShadingOp> ops = executed.part.ops;
+  const size_t targets = executed.part.targets;
   executed.sums.assign(targets, {});
   const auto add = [&](size_t i) {
     Rgb& sum = executed.sums[ops[i].target];
@@ -103,6 +112,7 @@ std::vector<Rgb> ShadingQueue::finish() {
     stats_.lookups += executed.lookups;
     stats_.lost += executed.lost;
   }
+  tbb::parallel_for(size_t{0}, parts.size(), [&](size_t p) { keep(parts[p]); });
   retryLostTargets();
 
   std::vector<size_t> first{0}; // first target of each part, then the end

@@ -14,7 +14,21 @@ struct Shaded {
   std::vector<float> alpha;                 // per place, as in ShadingPlan
   std::vector<float> confidence;            // per place, as in ShadingPlan
   std::vector<Rgb> cameraBlend, lightBlend; // per place, as in ShadingPlan
-  size_t unseen = 0, unmatchedShadows = 0;  // as in ShadingPlan
+  size_t unseen = 0;                        // as in ShadingPlan
+  std::vector<uint32_t> unmatchedShadows;   // as in ShadingPlan
+  // Radiance of each target, those of a place in succession, if the options show targets.
+  std::vector<Rgb> targets;
+};
+
+// Sum of the radiance of each place's targets.
+std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perPlace);
+
+// Plans of one call of shade() that a later call takes over, for queries that differ in nothing but the
+// directions and irradiance of their lights: see ShadingPlanner::relight. About 90 bytes for each query that
+// blends three cameras.
+struct KeptPlans {
+  std::vector<ShadingPlan> plans;
+  bool areComplete = false; // true: the next call relights them; false: it makes them
 };
 
 // Called with the share of planning, 0..1, in the processor time since its last call; look-ups took the rest.
@@ -32,10 +46,16 @@ Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& 
 // of four, but for the last one without corners.
 using FillBatch = std::function<void(size_t begin, size_t end, weights::QueryBatch& batch)>;
 
+// What a call keeps for the next one, where cameras and lights are weighted apart. Null: nothing.
+struct Kept {
+  KeptPlans* plans = nullptr;
+  KeptLookUps* lookUps = nullptr; // without plans, environments and blend colours
+};
+
 // Radiance of queries that are generated on demand, so that only those being shaded are in memory.
 Shaded shade(const weights::ReflectanceField& field, size_t queries, const FillBatch& fill,
              const weights::ShadeOptions& options, codec::BlockCache& cache, ShadingStats& stats,
-             const Progress& progress = {}, const ShadeLap& lap = {});
+             const Progress& progress = {}, const ShadeLap& lap = {}, const Kept& kept = {});
 
 // Radiance of each query of a plan.
 std::vector<Rgb> shade(const ShadingPlan& plan, codec::BlockCache& cache, ShadingStats& stats,

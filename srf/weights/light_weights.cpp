@@ -114,6 +114,9 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   for (size_t l = 0; l < lightCount_; ++l) {
     const auto& towards = batch_.towardsLight[query * batch_.lights + l];
     const BlendSet blend = blendOf(ulrOfLight_[l], lane, towards, batch_.extrapolationOf(l));
+    if (lightBlend_.foreshortened && batch_.environments.empty())
+      for (const auto& [light, weight] : blend)
+        cosine_[light] = foreshortenedCosine(normal_, lights_.towards(light));
     const Rgb now = foreshorteningOf(blend, towards) * irradianceOf(query, l);
     for (const auto& [light, weight] : blend) addToBlendColor(light, weight * share);
     if (now == Rgb{}) continue;
@@ -182,9 +185,11 @@ BlendSet LightWeights::blendOf(const QueryBlends& ulr, size_t lane,
   return fittedBlend(mean, ulr.penalty(lane), lights_.towards(), towards, lightBlend_, coverage_, beyond);
 }
 
+// With environments, also the cosines of all captured lights; else append() finds those that are blended.
 void LightWeights::setNormal(uint32_t surfel) {
-  lights_.evaluateAll();
   normal_ = assume<Normal3<AcquisitionSpace>>(rotationOf<float>(field_.cloud.r0[surfel]).col(2));
+  if (batch_.environments.empty()) return;
+  lights_.evaluateAll();
   for (size_t light = 0; light < cosine_.size(); ++light)
     cosine_[light] = foreshortenedCosine(normal_, lights_.towards(light));
 }

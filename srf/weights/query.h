@@ -105,9 +105,12 @@ struct ShadeOptions {
   // fading.
   bool nearest = false;
   bool showsBlends = false;  // fills the blend colours of Shaded
+  bool showsTargets = false; // fills the targets of Shaded
   bool usesAlpha = true;     // false: as for a field without alpha
   size_t placesPerQuery = 1; // about as many as in the batch; limits memory, does not affect the radiance
   size_t targetsAtOnce = kTargetsAtOnce; // targets in memory at a time; does not affect the radiance
+
+  friend bool operator==(const ShadeOptions&, const ShadeOptions&) = default;
 };
 
 } // namespace surflect::weights

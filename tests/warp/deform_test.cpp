@@ -250,6 +250,24 @@ TEST(Deform, AliveSurfelsAlwaysHaveAFrame) {
     }
 }
 
+TEST(Deform, TellsWhetherAnyBitHasChanged) {
+  std::mt19937 random(13);
+  const SurfelCloud cloud = randomCloud(1000, random);
+  const auto bent = twistWarp({0, 0, 1}, Angle::fromDegrees(20), {0, 0, 0});
+  DeformedCloud deformed;
+  EXPECT_TRUE(deformInto(cloud, *bent, {}, deformed));
+  EXPECT_FALSE(deformInto(cloud, *bent, {}, deformed));
+  const std::vector<Point3<ObjectSpace>> places = deformed.p;
+  for (const size_t surfel : {size_t{0}, size_t{640}, size_t{999}}) {
+    deformed.v[surfel] = deformed.v[surfel] + Direction3<ObjectSpace>(0, 0, 1e-3f);
+    EXPECT_TRUE(deformInto(cloud, *bent, {}, deformed));
+    EXPECT_FALSE(deformInto(cloud, *bent, {}, deformed));
+  }
+  EXPECT_TRUE(sameBits(deformed.p, places));
+  EXPECT_TRUE(deformInto(cloud, *chainWarp({}), {}, deformed));
+  EXPECT_TRUE(deformInto(randomCloud(1001, random), *chainWarp({}), {}, deformed));
+}
+
 TEST(Deform, AnEmptyCloudStaysEmpty) { EXPECT_EQ(deform(SurfelCloud{}, *chainWarp({})).size(), 0u); }
 
 TEST(DifferenceStep, GrowsWithTheScene) {

@@ -106,5 +106,30 @@ TEST(PatchCorners, SurfelsAnswerForThemselvesInSmallPatchesAndAtTheEdgeOfAShadow
   EXPECT_EQ(edge.firstPlace[4], 15u);
 }
 
+TEST(PatchCorners, GroupsChangeWhereAShadowBeginsAndCanBeAskedAlone) {
+  const Plane plane(kSizes);
+  std::vector<float> reached(plane.visible.size(), 1);
+  const PatchCorners lit = patchCorners(plane.cloud, plane.patches, plane.visible, reached, 1);
+  EXPECT_TRUE(changedGroups(lit, lit).empty());
+  EXPECT_EQ(changedGroups({}, lit).size(), lit.groups());
+  const size_t shadowed = plane.visible.size() / 2; // in the patch of 64
+  for (size_t place = shadowed; place < shadowed + 3; ++place) reached[place] = 0;
+  const PatchCorners edge = patchCorners(plane.cloud, plane.patches, plane.visible, reached, 1);
+  const std::vector<uint32_t> changed = changedGroups(lit, edge);
+  EXPECT_GT(changed.size(), 8u);
+  EXPECT_LT(changed.size(), edge.groups());
+
+  std::vector<uint32_t> places;
+  const PatchCorners some = someGroups(edge, changed, places);
+  ASSERT_EQ(some.groups(), changed.size());
+  EXPECT_EQ(some.firstPlace.back(), places.size());
+  for (size_t i = 0; i < places.size(); ++i) EXPECT_EQ(some.weights[i], edge.weights[places[i]]);
+  for (size_t group = 0; group < changed.size(); ++group)
+    for (size_t k = 0; k < 4; ++k)
+      EXPECT_EQ(places[some.corners[4 * group + k]], edge.corners[4 * changed[group] + k]);
+  for (uint32_t place = 0; place < plane.visible.size(); ++place) // of unchanged groups
+    if (std::ranges::find(places, place) == places.end()) EXPECT_EQ(lit.weights[place], edge.weights[place]);
+}
+
 } // namespace
 } // namespace surflect::surfels

@@ -143,6 +143,18 @@ TEST_F(Opened, OptionsOfOpeningAreKept) {
             method::openRenderer(model().folder)->render({*warp, camera, lights}).color.values);
 }
 
+TEST_F(Opened, ReusedStagesLeaveThePicturesOfADragAsTheyAre) {
+  const auto reusing = method::openRenderer(model().folder, {{"reuse", method::kOn}});
+  const auto warp = noWarp();
+  for (int step = 0; step < 5; ++step) {
+    const std::vector<scene::ShotLight> dragged{scene::ShotPointLight{{2, 1, 2 - 0.1 * step}, {9, 8, 7}}};
+    EXPECT_EQ(reusing->render({*warp, camera, dragged}).color.values,
+              filmOf(model(), *warp, camera, dragged).color.values)
+        << step;
+  }
+  EXPECT_THROW(reusing->set({{"reuse", method::kOff}}), Error);
+}
+
 TEST_F(Opened, WorkFallsWithEveryStepOfAKnob) {
   const auto renderer = method::openRenderer(model().folder);
   const auto warp = noWarp();
