@@ -147,7 +147,8 @@ void addWebCommand(CLI::App& app, CommandWork& work) {
   CLI::App* command = app.add_subcommand(
       "web",
       "a page that any browser opens from its folder: one view under a lamp to drag, or an object to turn");
-  command->footer("Examples: surflect web cat -o page/; surflect web vase.lfm -o page/");
+  command->footer("Example: surflect web cat -o page/\n"
+                  "         surflect web vase.lfm -o page/");
   command
       ->add_option(
           "source", arguments->source.path,
