@@ -247,7 +247,7 @@
   // ---- Measuring.
 
   function tellLength() {
-    by("length").textContent = state.line ? overlay.measured(state.line, state.pixelsPerMm) : "Choose Measure, then draw a line.";
+    by("length").textContent = state.line ? overlay.measured(state.line, state.pixelsPerMm) : "Choose Measure, then draw a line; or press M on the picture.";
   }
   // Begins a line in the middle of the canvas, which follows the middle while keys move the picture; or ends it there.
   function measureInMiddle() {
