@@ -30,8 +30,12 @@ using lfm::LightFieldMaps, lfm::MapTable, lfm::MapShape, lfm::Coding;
 // places, a texel for each map of a triangle.
 constexpr int kSide = 2048, kLayers = 256;
 constexpr size_t kMostPlaces = size_t{kSide} * kSide;
-constexpr double kWhitePercentile = 0.995;       // as films choose it (film::whiteOf)
-constexpr int kExposedViews = 5;                 // likewise
+constexpr double kWhitePercentile = 0.995; // as films choose it (film::whiteOf)
+// Shares of a turn at which films of turn-tables choose it: five of their 48 frames.
+constexpr std::array kExposedShares{0 / 48.0, 11 / 48.0, 23 / 48.0, 35 / 48.0, 47 / 48.0};
+// Barycentrics of the middles of a triangle's four equal parts.
+constexpr std::array<std::array<double, 2>, 4> kQuarters{
+    {{1 / 3.0, 1 / 3.0}, {1 / 6.0, 1 / 6.0}, {2 / 3.0, 1 / 6.0}, {1 / 6.0, 2 / 3.0}}};
 constexpr size_t kMostBytes = size_t{256} << 20; // of all maps
 
 template <class Number> std::string base64Of(std::span<const Number> numbers) {
@@ -51,8 +55,7 @@ Json tableOf(const MapTable& table) {
 
 const char* nameOf(Coding coding) { return coding == Coding::bytes ? "bytes" : "dxt1"; }
 
-// Triangles towards a viewer, by the radiance of their middles that the viewer sees and the area that they
-// cover.
+// A channel of radiance that a viewer sees, and the area that has it.
 struct SeenRadiance {
   double radiance, area;
 };
@@ -76,25 +79,27 @@ Vec3<double> towardsViewer(const scene::TurntableOrbit& orbit, double azimuthDeg
   return Eigen::Quaterniond::FromTwoVectors(Vec3<double>(0, 1, 0), orbit.up) * direction;
 }
 
-// White of a turn-table's views: what films of them take for it, from the middles of triangles.
+// White of a turn-table's views: what films of them take for it.
 double whiteOf(const LightFieldMaps& maps, const scene::TurntableOrbit& orbit, const Progress& progress) {
   double white = 0;
-  for (int view = 0; view < kExposedViews; ++view) {
+  for (const double share : kExposedShares) {
     progress.checkpoint();
-    const double azimuth =
-        orbit.firstAzimuthDeg + (orbit.lastAzimuthDeg - orbit.firstAzimuthDeg) * view / kExposedViews;
+    const double azimuth = orbit.firstAzimuthDeg + (orbit.lastAzimuthDeg - orbit.firstAzimuthDeg) * share;
     const Vec3<double> eye = orbit.center + orbit.distance * towardsViewer(orbit, azimuth);
     std::vector<SeenRadiance> seen;
     for (size_t t = 0; t < maps.mesh.triangles.size(); ++t) {
       std::array<Vec3<double>, 3> corners;
       for (size_t i = 0; i < 3; ++i)
         corners[i] = maps.mesh.positions[maps.mesh.triangles[t][i]].raw().cast<double>();
-      const Vec3<double> d = (eye - (corners[0] + corners[1] + corners[2]) / 3).normalized();
-      const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(d);
-      if (area <= 0) continue;
-      const lfm::Channels radiance =
-          lfm::radianceAt(maps, {t, 1 / 3.0, 1 / 3.0}, assume<lfm::Direction>(d), maps.terms.size());
-      for (Eigen::Index c = 0; c < 3; ++c) seen.push_back({radiance[c], area});
+      const Vec3<double> side = corners[1] - corners[0], other = corners[2] - corners[0];
+      for (const auto& [b, c] : kQuarters) {
+        const Vec3<double> d = (eye - corners[0] - b * side - c * other).normalized();
+        const double area = side.cross(other).dot(d);
+        if (area <= 0) continue;
+        const lfm::Channels radiance =
+            lfm::radianceAt(maps, {t, b, c}, assume<lfm::Direction>(d), maps.terms.size());
+        for (Eigen::Index channel = 0; channel < 3; ++channel) seen.push_back({radiance[channel], area});
+      }
     }
     white = std::max(white, percentileOf(std::move(seen), kWhitePercentile));
   }
