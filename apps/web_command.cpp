@@ -1,7 +1,11 @@
 #include "apps/command.h"
 #include "apps/terminal.h"
 #include "apps/web/annotations.h"
+#include "apps/web/object_page.h"
+#include "apps/web/page_folder.h"
 #include "apps/web/relit_page.h"
+#include "render/lightfield/lfm/lfm_method.h"
+#include "render/methods.h"
 #include "srf/capture/file_names.h"
 #include "srf/import/output_folder.h"
 #include "srf/planes/stack.h"
@@ -14,15 +18,20 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace surflect {
 
 namespace {
 
 struct WebArguments {
-  CaptureArgument capture;
-  std::string output, annotations;
-  web::PageOptions page;
+  CaptureArgument source;
+  std::string output, annotations, title, credit;
+  std::optional<double> pixelsPerMm, mmPerUnit;
+  web::PageOptions relit;
+  web::ObjectPageOptions object;
+  std::vector<const CLI::Option*> ofCaptures, ofModels; // options of one kind of page alone
 };
 
 // Annotations of the page: those given, else those of the page that is there already.
@@ -39,17 +48,29 @@ std::string annotationsOf(const WebArguments& arguments) {
   return text;
 }
 
-Json runWeb(const WebArguments& arguments, const Progress& progress) {
-  if (!capture::isUtf8(arguments.page.title)) throw Error::mismatch("UTF-8", "other bytes").at("--title");
+std::string indexOf(const WebArguments& arguments) {
+  return (std::filesystem::path(arguments.output) / "index.html").string();
+}
+
+// Refuses options of the other kind of page.
+void refuse(const std::vector<const CLI::Option*>& options, std::string_view isFor) {
+  for (const CLI::Option* option : options)
+    if (option->count() > 0) throw UsageError(Error(fmt::format("is for {}", isFor)).at(option->get_name()));
+}
+
+Json runCapture(const WebArguments& arguments, const Progress& progress) {
+  refuse(arguments.ofModels, "models, not for captures of one view");
   annotationsOf(arguments); // mistakes are told before the work
-  web::PageOptions options = arguments.page;
-  options.name = folderName(arguments.capture.path);
-  options.earlier = web::earlierPage(arguments.output);
-  const planes::Stack stack = planes::stackOf(arguments.capture.read());
+  const web::PageMark earlier = web::earlierMark(arguments.output);
+  const auto complete = [&](const std::string& object) {
+    return web::markOf({object, arguments.title, arguments.credit, arguments.pixelsPerMm}, earlier,
+                       folderName(arguments.source.path));
+  };
+  const planes::Stack stack = planes::stackOf(arguments.source.read());
   for (const std::string& note : stack.notes) say(note);
-  importers::OutputFolder folder(arguments.output, {web::kMarkFile, web::isOfRelitPage});
+  importers::OutputFolder folder(arguments.output, {web::kMarkFile, web::isOfPage});
   const std::filesystem::path& page = folder.temporaryPath();
-  const web::PageReport report = web::writeRelitPage(stack, page, options, progress);
+  const web::PageReport report = web::writeRelitPage(stack, page, arguments.relit, complete, progress);
   const std::string annotations = annotationsOf(arguments); // those of now: the work may have taken minutes
   web::writeAnnotations(annotations, page);
   const std::string kept = web::keepEarlierAnnotations(arguments.output, page, annotations);
@@ -61,16 +82,15 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
   say(fmt::format(
       "{}: {} x {} pixels, {} photographs as {} planes, {:.1f} MB; photographs are shown to {:.1f} dB "
       "(sRGB), those of a light that was left out to {:.1f} dB",
-      (std::filesystem::path(arguments.output) / "index.html").string(), stack.width(), stack.height(),
-      stack.size(), report.planes, static_cast<double>(bytes) / 1e6, report.captured.srgbDb(),
-      leftOut.srgbDb()));
+      indexOf(arguments), stack.width(), stack.height(), stack.size(), report.planes,
+      static_cast<double>(bytes) / 1e6, report.captured.srgbDb(), leftOut.srgbDb()));
   if (!report.hasNormals) say("the lights lie in a plane with the object: the page has no normals");
   Json lights = Json::array();
   for (const planes::LeftOutLight& light : report.leftOut)
     lights.push_back({{"light", stack.lights[light.photograph]},
                       {"psnr_linear_db", light.errors.linearDb()},
                       {"psnr_srgb_db", light.errors.srgbDb()}});
-  return {{"page", (std::filesystem::path(arguments.output) / "index.html").string()},
+  return {{"page", indexOf(arguments)},
           {"width", stack.width()},
           {"height", stack.height()},
           {"photographs", stack.size()},
@@ -86,34 +106,94 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
            {{"psnr_linear_db", leftOut.linearDb()}, {"psnr_srgb_db", leftOut.srgbDb()}, {"lights", lights}}}};
 }
 
+Json runModel(const WebArguments& arguments, const Progress& progress) {
+  const std::filesystem::path path = arguments.source.path;
+  const method::Method& method = method::methodOfModel(path);
+  if (method.tag != lfm::lfmMethod().tag)
+    throw Error(fmt::format("is a model of the method {}: web draws light field maps, which "
+                            "`surflect pack CAPTURE --method lfm -o MODEL.lfm` makes",
+                            method.tag))
+        .in(path);
+  refuse(arguments.ofCaptures, "captures of one view, not for models");
+  const lfm::OpenedMaps model = lfm::openMaps(path, progress);
+  inFile(path, [&] { web::requireHeldByPage(model.maps); });
+  const web::PageMark mark = web::markOf(
+      {hex(model.folder.identity()), arguments.title, arguments.credit, arguments.mmPerUnit},
+      web::earlierMark(arguments.output), std::filesystem::path(folderName(path)).stem().string());
+  importers::OutputFolder folder(arguments.output, {web::kMarkFile, web::isOfPage});
+  const web::ObjectPageReport report =
+      web::writeObjectPage(model, folder.temporaryPath(), arguments.object, mark, progress);
+  const uint64_t bytes = bytesIn(folder.temporaryPath());
+  folder.commit();
+  say(fmt::format("{}: {} triangles of {} terms, {:.1f} MB; exposed by {:+.3f} stops", indexOf(arguments),
+                  report.triangles, report.terms, static_cast<double>(bytes) / 1e6, report.stops));
+  return {{"page", indexOf(arguments)}, {"triangles", report.triangles},  {"vertices", report.vertices},
+          {"terms", report.terms},      {"exposure_stops", report.stops}, {"bytes", bytes}};
+}
+
+Json runWeb(const WebArguments& arguments, const Progress& progress) {
+  for (const auto& [option, text] : {std::pair("--title", &arguments.title), {"--credit", &arguments.credit}})
+    if (!capture::isUtf8(*text)) throw Error::mismatch("UTF-8", "other bytes").at(option);
+  std::error_code unknown; // reported when it is read
+  const bool isModel =
+      std::filesystem::exists(std::filesystem::path(arguments.source.path) / "manifest.json", unknown);
+  return isModel ? runModel(arguments, progress) : runCapture(arguments, progress);
+}
+
 } // namespace
 
 void addWebCommand(CLI::App& app, CommandWork& work) {
   auto arguments = std::make_shared<WebArguments>();
   CLI::App* command = app.add_subcommand(
-      "web", "a page that any browser opens from its folder: one view under a lamp to drag");
-  command->footer("Example: surflect web cat -o page/");
-  addCaptureArgument(*command, arguments->capture);
+      "web",
+      "a page that any browser opens from its folder: one view under a lamp to drag, or an object to turn");
+  command->footer("Example: surflect web cat -o page/\n"
+                  "         surflect web vase.lfm -o page/");
+  command
+      ->add_option(
+          "source", arguments->source.path,
+          "capture of one view: folder with transforms.json, or a JSON file; or a model of light field "
+          "maps (pack --method lfm)")
+      ->required();
+  addAllowOutside(*command, arguments->source.outside);
   command->add_option("-o,--output", arguments->output, "folder of the page; one that is there is replaced")
       ->required();
-  command->add_option("--title", arguments->page.title,
-                      "title of the page; default: that of the object's page there, else the capture's name");
-  command
-      ->add_option("--planes", arguments->page.planes,
-                   "pictures that stand for the photographs: more are closer")
-      ->capture_default_str()
-      ->check(CLI::Range(1, web::kMostPlanes));
-  command->add_option("--quality", arguments->page.quality, "quality of the JPEG of these pictures")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 98)); // finer ones leave no steps to share
-  command
-      ->add_option_function<double>(
-          "--pixels-per-mm", [arguments](double scale) { arguments->page.pixelsPerMm = scale; },
-          "scale of the picture, for the scale bar and lengths; default: that of the object's page there")
-      ->check(CLI::Range(web::kLeastScale, web::kGreatestScale));
-  command->add_flag("--ptm", arguments->page.ptm, "write object.ptm too, for other RTI viewers");
-  command->add_option("--annotations", arguments->annotations,
-                      "JSON file with the page's annotations; default: those of the folder");
+  command->add_option("--title", arguments->title,
+                      "title of the page; default: that of the object's page there, else the source's name");
+  command->add_option(
+      "--credit", arguments->credit,
+      "line beside the title, such as who has rights; default: that of the object's page there");
+  const auto captures = [&](CLI::Option* option) { arguments->ofCaptures.push_back(option); };
+  const auto models = [&](CLI::Option* option) { arguments->ofModels.push_back(option); };
+  captures(command
+               ->add_option("--planes", arguments->relit.planes,
+                            "pictures that stand for the photographs: more are closer")
+               ->capture_default_str()
+               ->check(CLI::Range(1, web::kMostPlanes)));
+  captures(command->add_option("--quality", arguments->relit.quality, "quality of the JPEG of these pictures")
+               ->capture_default_str()
+               ->check(CLI::Range(1, 98))); // finer ones leave no steps to share
+  captures(
+      command
+          ->add_option_function<double>(
+              "--pixels-per-mm", [arguments](double scale) { arguments->pixelsPerMm = scale; },
+              "scale of the picture, for the scale bar and lengths; default: that of the object's page there")
+          ->check(CLI::Range(web::kLeastScale, web::kGreatestScale)));
+  captures(command->add_flag("--ptm", arguments->relit.ptm, "write object.ptm too, for other RTI viewers"));
+  captures(command->add_option("--annotations", arguments->annotations,
+                               "JSON file with the page's annotations; default: those of the folder"));
+  captures(command->add_flag("--read-only", arguments->relit.readOnly, "visitors write no annotations"));
+  models(command
+             ->add_option_function<double>(
+                 "--mm-per-unit", [arguments](double scale) { arguments->mmPerUnit = scale; },
+                 "millimetres of a unit of the model, for the scale bar; default: those of the object's page "
+                 "there")
+             ->check(CLI::Range(web::kLeastScale, web::kGreatestScale)));
+  models(command
+             ->add_option_function<double>(
+                 "--exposure", [arguments](double stops) { arguments->object.stops = stops; },
+                 "exposure in stops, as [camera] exposure; default: the brightest part of a turn is white")
+             ->check(CLI::Range(-web::kMostStops, web::kMostStops)));
   setWork(*command, work, "the folder is as it was",
           [arguments](const Progress& progress) { return runWeb(*arguments, progress); });
 }

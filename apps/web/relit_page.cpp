@@ -1,6 +1,5 @@
 #include "apps/web/relit_page.h"
 
-#include "apps/web/annotations.h"
 #include "srf/image/color.h"
 #include "srf/planes/basis.h"
 #include "srf/planes/light_interpolation.h"
@@ -11,15 +10,11 @@
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
 #include "surfel/base/text.h"
-#include "surfel/base/version.h"
-#include "web/page.h"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <mutex>
 
@@ -28,26 +23,13 @@ namespace surflect::web {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 using planes::Planes;
 
 constexpr size_t kSampleNumbers = size_t{1} << 25; // floats of all samples together
 constexpr size_t kMostSamples = 100'000;
 constexpr size_t kLightsLeftOut = 12;
-constexpr const char* kPtmFile = "object.ptm";
 constexpr double kBelowWhite = 0.999, kBelowEvaluatedWhite = 0.995;
 constexpr size_t kMostNormalPixels = 7'000'000; // a quarter of 24 megapixels fits; finer levels repeat theirs
-
-void writeText(const fs::path& path, std::string_view text) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file.flush()) throw Error("cannot write").in(path);
-}
-
-// A script that hands a value, JSON in ASCII, to a function of the page.
-std::string scriptOf(std::string_view function, const std::string& value) {
-  return fmt::format("surflect.{}({});\n", function, value);
-}
 
 // Errors of decoded samples under their own lights. Tiles add them in any order, so sums are of whole tiles,
 // in the order of tiles.
@@ -147,8 +129,8 @@ Json rounded(const Eigen::MatrixXd& matrix) {
 
 // Description of the planes and lights for the page.
 Json dataOf(const planes::Stack& stack, const planes::Basis& basis,
-            std::span<const planes::PlaneRange> ranges, const PageOptions& options,
-            const PageReport& report) {
+            std::span<const planes::PlaneRange> ranges, const PageMark& mark, const PageReport& report,
+            const PageOptions& options) {
   const planes::LightInterpolation interpolation(stack.towardsLights);
   // Row f, column (plane, channel): what feature f of the light adds to the weight of a plane; plane 0 is the
   // mean.
@@ -174,7 +156,9 @@ Json dataOf(const planes::Stack& stack, const planes::Basis& basis,
     captured.push_back({{"name", stack.lights[l]}, {"towards", {towards.x(), towards.y(), towards.z()}}});
   }
   data["functions"] = rounded(interpolation.weightsFromFeatures().transpose() * table);
-  if (options.pixelsPerMm) data["pixelsPerMm"] = *options.pixelsPerMm;
+  data["object"] = mark.object;
+  data["readOnly"] = options.readOnly;
+  if (mark.scale) data["pixelsPerMm"] = *mark.scale;
   return data;
 }
 
@@ -189,43 +173,13 @@ uint64_t objectHash(const planes::Stack& stack, const planes::Samples& samples) 
 
 } // namespace
 
-bool isOfRelitPage(std::string_view name) {
-  static constexpr std::string_view kWritten[] = {"tiles",   "data.js",        kPtmFile,
-                                                  kMarkFile, kAnnotationsFile, "annotations.js"};
-  return std::ranges::find(kWritten, name) != std::end(kWritten) ||
-         std::ranges::find(kPage, name, &PageFile::name) != std::end(kPage) || areEarlierAnnotations(name);
-}
-
-EarlierPage earlierPage(const fs::path& folder) {
-  EarlierPage page;
-  const fs::path file = folder / kMarkFile;
-  std::error_code none;
-  if (!fs::is_regular_file(file, none)) return page;
-  const Json mark = Json::parse(readFile(file, kLargestText), nullptr, false);
-  if (!mark.is_object()) return page;
-  if (const auto title = mark.find("title"); title != mark.end() && title->is_string())
-    page.title = title->get<std::string>();
-  if (const auto object = mark.find("object"); object != mark.end() && object->is_string())
-    page.object = object->get<std::string>();
-  if (const auto scale = mark.find("pixels_per_mm"); scale != mark.end() && scale->is_number())
-    if (const auto value = scale->get<double>(); value >= kLeastScale && value <= kGreatestScale)
-      page.pixelsPerMm = value;
-  return page;
-}
-
-PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, const PageOptions& given,
-                          const Progress& progress) {
-  PageOptions options = given;
+PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, const PageOptions& options,
+                          const CompleteMark& complete, const Progress& progress) {
   PageReport report;
   const size_t rows = 3 * stack.size();
   const planes::Samples samples =
       planes::sample(stack, std::min(kMostSamples, kSampleNumbers / rows), progress);
-  const std::string object = hex(objectHash(stack, samples));
-  if (object == options.earlier.object) {
-    if (options.title.empty()) options.title = options.earlier.title;
-    if (!options.pixelsPerMm) options.pixelsPerMm = options.earlier.pixelsPerMm;
-  }
-  if (options.title.empty()) options.title = options.name;
+  const PageMark mark = complete(hex(objectHash(stack, samples)));
   const float white = planes::whiteOf(samples, kBelowWhite),
               evaluatedWhite = planes::whiteOf(samples, kBelowEvaluatedWhite);
   report.white = white;
@@ -300,21 +254,8 @@ PageReport writeRelitPage(const planes::Stack& stack, const fs::path& folder, co
   levels.clear();
   levels.shrink_to_fit(); // a PTM takes as much
   if (options.ptm) writeText(folder / kPtmFile, planes::lrgbPtm(stack, white, progress));
-  for (const PageFile& file : kPage) {
-    std::string text(file.text);
-    const std::string title = escaped(options.title);
-    for (size_t at = 0; file.name == "index.html" && (at = text.find("TITLE", at)) != text.npos;
-         at += title.size())
-      text.replace(at, 5, title);
-    writeText(folder / file.name, text);
-  }
-  Json data = dataOf(stack, basis, ranges, options, report);
-  data["object"] = object;
-  writeText(folder / "data.js", scriptOf("data", data.dump(-1, ' ', true, Json::error_handler_t::replace)));
-  Json mark = {
-      {"surflect_page", "relit view"}, {"version", kVersion}, {"object", object}, {"title", options.title}};
-  if (options.pixelsPerMm) mark["pixels_per_mm"] = *options.pixelsPerMm;
-  writeText(folder / kMarkFile, mark.dump(2, ' ', true, Json::error_handler_t::replace) + "\n");
+  writePage("relit.html", mark, folder);
+  writeScript(folder / "data.js", "data", dataOf(stack, basis, ranges, mark, report, options));
   return report;
 }
 

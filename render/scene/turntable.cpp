@@ -130,7 +130,7 @@ Vec3<double> upOf(const capture::Capture& rig) {
   return std::copysign(1.0, up[axis]) * Vec3<double>::Unit(axis);
 }
 
-std::string turntableScript(const TurntableObject& object) {
+TurntableOrbit turntableOrbit(const TurntableObject& object) {
   const auto [box, up, height, foot] = extentOf(object);
   const Vec3<double> middle = box.center();
   double radius = 0;
@@ -147,12 +147,25 @@ std::string turntableScript(const TurntableObject& object) {
   }
   if (azimuths.empty()) azimuths.push_back(0), elevations.push_back(15);
   const Turn turn = turnOf(azimuths);
+  return {.center = middle,
+          .up = up,
+          .ballRadius = radius,
+          .distance = distance,
+          .fovDeg = kFovDeg,
+          .elevationDeg = std::clamp(median(elevations), -60.0, 60.0),
+          .firstAzimuthDeg = turn.first,
+          .lastAzimuthDeg = turn.last,
+          .isWhole = turn.isWhole};
+}
+
+std::string turntableScript(const TurntableObject& object) {
+  const TurntableOrbit orbit = turntableOrbit(object);
+  const double first = orbit.firstAzimuthDeg, last = orbit.lastAzimuthDeg;
   const std::string azimuth =
-      turn.isWhole ? fmt::format("[[1, {:.5g}], [{}, {:.5g}]]", turn.first, kFrames + 1, turn.last)
-                   : fmt::format("[[1, {0:.5g}, \"smooth\"], [{2}, {1:.5g}, \"smooth\"], [{3}, {0:.5g}]]",
-                                 turn.first, turn.last, kFrames / 2 + 1, kFrames + 1);
-  std::string text =
-      fmt::format(R"(# The camera goes {} the object.
+      orbit.isWhole ? fmt::format("[[1, {:.5g}], [{}, {:.5g}]]", first, kFrames + 1, last)
+                    : fmt::format("[[1, {0:.5g}, \"smooth\"], [{2}, {1:.5g}, \"smooth\"], [{3}, {0:.5g}]]",
+                                  first, last, kFrames / 2 + 1, kFrames + 1);
+  std::string text = fmt::format(R"(# The camera goes {} the object.
 model = {}
 
 [frames]
@@ -174,18 +187,19 @@ radius = {:.6g}
 azimuth_deg = {}
 elevation_deg = {:.4g}
 )",
-                  turn.isWhole ? "round" : "to and fro before", tomlText(object.model), kFrames, kFovDeg,
-                  list(up), list(middle), distance, azimuth, std::clamp(median(elevations), -60.0, 60.0));
+                                 orbit.isWhole ? "round" : "to and fro before", tomlText(object.model),
+                                 kFrames, orbit.fovDeg, list(orbit.up), list(orbit.center), orbit.distance,
+                                 azimuth, orbit.elevationDeg);
   if (object.isBaked || object.rig.lights.empty()) return text;
   const Vec3<double> towardsCamera =
       object.rig.views.empty()
-          ? up
+          ? orbit.up
           : Vec3<double>(object.rig.views.front().camera.cameraFromWorld.rotation().row(2).transpose());
   text +=
       "\n# Lamps where photographs were lit. Intensity pi on a white surface that faces it reflects white.\n";
   const double intensities[] = {2.2, 0.9, 0.6};
   size_t lamp = 0;
-  for (const Vec3<double>& direction : lampsOf(object, middle, towardsCamera, up))
+  for (const Vec3<double>& direction : lampsOf(object, orbit.center, towardsCamera, orbit.up))
     text += fmt::format("[[light]]\ntype = \"directional\"\ndirection = {}\nintensity = {}\n",
                         list(direction), intensities[lamp++]);
   return text;

@@ -18,6 +18,19 @@ struct TurntableObject {
 // Mean of the cameras' ups; an axis of the coordinates where one is near. y without cameras.
 Vec3<double> upOf(const capture::Capture& rig);
 
+// The camera of a turn-table: an orbit about the middle of the object's box, at a distance that shows the
+// ball around it in all directions.
+struct TurntableOrbit {
+  Vec3<double> center, up; // up is upOf() the rig
+  double ballRadius, distance;
+  double fovDeg; // of the picture's shorter side
+  double elevationDeg;
+  double firstAzimuthDeg,
+      lastAzimuthDeg; // all around, or to and fro within the sector that cameras have seen
+  bool isWhole;
+};
+TurntableOrbit turntableOrbit(const TurntableObject& object);
+
 // Text of a TOML script of 48 frames, commented. Up is the mean of the captured cameras' ups, and their
 // median elevation is the camera's, which holds the object in its view. Lights, unless they are baked in, are
 // three lamps among the captured lights' directions, which a white surface in the middle reflects as white.

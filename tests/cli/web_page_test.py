@@ -1,62 +1,28 @@
 """`surflect web`: the page of one view, opened from its folder in headless Chromium.
 
 The reference decodes the folder's files by itself: JPEG by ffmpeg, the rest in numpy.
-With the environment variable PICTURES, a folder, pictures of the page are written there.
 """
 
 import base64
 import io
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import time
 import unittest
 
 import numpy
-from selenium import webdriver
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
-from selenium.webdriver.common.action_chains import ActionChains
-from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from support import CAT, VASE, TestInFolder, content, run, succeed
-
-AXE = pathlib.Path(os.environ["AXE"])  # axe.min.js
-PICTURES = os.environ.get("PICTURES")
-
-
-def browser(profile, width=1280, height=860):
-    options = Options()
-    for argument in ("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
-                     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                     "--disable-dev-shm-usage", "--hide-scrollbars", f"--user-data-dir={profile}", f"--window-size={width},{height}"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
-
+from web_browser import TestOfPage, argument_of, canvas_of, decibels, srgb
 
 def grey_pixels(picture, width, height):
     """Bytes of a grey picture, by ffmpeg."""
     raw = subprocess.run(["ffmpeg", "-v", "error", "-i", "-", "-f", "rawvideo", "-pix_fmt", "gray", "-"], input=picture, check=True,
                          stdout=subprocess.PIPE).stdout
     return numpy.frombuffer(raw, numpy.uint8).reshape(height, width)
-
-
-def argument_of(script):
-    """The value that a script of the folder hands to the page."""
-    return json.loads(script[script.index("(") + 1:script.rindex(")")])
-
-
-def srgb(linear):
-    linear = numpy.clip(linear, 0, 1)
-    return numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
-def decibels(a, b):
-    return -10 * numpy.log10(numpy.mean((a - b) ** 2))
 
 
 class Reference:
@@ -85,48 +51,19 @@ class Reference:
         return srgb(numpy.maximum(encoded + toe, toe) ** 2 - toe ** 2)
 
 
-class Page(TestInFolder):
+class Page(TestOfPage):
+    is_ready = "surflect.app.draw(); return !surflect.app.tiles.busy"
+
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
         cls.site = cls.folder / "page"
         cls.report = succeed("web", CAT, "-o", cls.site, "--title", "A cat of <plaster>", "--pixels-per-mm", "4")
         cls.reference = Reference(cls.site)
-        cls.page = browser(cls.folder / "profile")
-        cls.addClassCleanup(cls.page.quit)
 
     def setUp(self):
-        self.page.set_window_size(1280, 860)
+        super().setUp()
         self.open(self.site)
-
-    def tearDown(self):
-        self.assertEqual(self.js("return surflect.errors"), [])
-        self.assertEqual([entry for entry in self.page.get_log("browser") if entry["level"] == "SEVERE"], [])
-
-    def js(self, script, *arguments):
-        return self.page.execute_script(script, *arguments)
-
-    def open(self, site):
-        self.page.get((site / "index.html").as_uri())
-        self.js("localStorage.clear()")
-        self.page.refresh()
-        self.rest()
-
-    def rest(self):
-        """Waits until all tiles that are seen are drawn."""
-        for _ in range(600):
-            if self.js("surflect.app.draw(); return !surflect.app.tiles.busy"):
-                return
-            time.sleep(0.05)
-        self.fail("tiles are still loading")
-
-    def by(self, name):
-        return self.page.find_element(By.ID, name)
-
-    def press(self, selector):
-        element = self.page.find_element(By.CSS_SELECTOR, selector)
-        self.js("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
 
     def lamp_at(self, x, y):
         self.js("surflect.app.setLamp(arguments[0], arguments[1]); surflect.app.draw()", x, y)
@@ -136,29 +73,8 @@ class Page(TestInFolder):
         width, height = self.reference.data["width"], self.reference.data["height"]
         self.press("#one")
         self.rest()
-        text = self.js("""
-            const { app } = surflect, gl = app.canvas.getContext("webgl2"), [w, h] = arguments;
-            app.draw();
-            const corner = app.toScreen({ x: 0, y: 0 }), x = Math.round(corner.x), y = Math.round(corner.y);
-            const bytes = new Uint8Array(4 * w * h);
-            gl.readPixels(x, app.canvas.height - y - h, w, h, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
-            let text = "";
-            for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
-            return btoa(text)""", width, height)
-        return numpy.frombuffer(base64.b64decode(text), numpy.uint8).reshape(height, width, 4)[::-1, :, :3] / 255
-
-    def drag(self, element, *places):
-        """Drags from place to place, in pixels from the element's middle."""
-        chain = ActionChains(self.page, duration=20)
-        (x, y), *others = places
-        chain.move_to_element_with_offset(element, x, y).click_and_hold()
-        for x, y in others:
-            chain.move_to_element_with_offset(element, x, y)
-        chain.release().perform()
-
-    def picture(self, name):
-        if PICTURES:
-            self.page.save_screenshot(f"{PICTURES}/{name}.png")
+        x, y = self.js("surflect.app.draw(); const { x, y } = surflect.app.toScreen({ x: 0, y: 0 }); return [Math.round(x), Math.round(y)]")
+        return canvas_of(self.page, x, y, width, height)
 
     def test_the_lamp_is_dragged_over_the_disc_and_the_picture_is_the_reference(self):
         self.drag(self.by("disc"), (0, 0), (8, -4), (14, -11))
@@ -209,6 +125,29 @@ class Page(TestInFolder):
         bar = self.js("return [document.querySelectorAll('#bar').length, document.querySelector('#bar').getBBox().width]")
         self.assertAlmostEqual(bar[1] / 4, {20: 20, 10: 10}[round(bar[1] / 4, -1)], delta=0.5)
         self.picture("measure")
+
+    def test_keys_measure_what_the_middle_passes(self):
+        self.shown()
+        canvas = self.by("canvas")
+        canvas.send_keys("m", Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_UP)
+        self.rest()
+        self.assertAlmostEqual(float(self.by("length").text.split()[0]), numpy.hypot(120, 60), delta=0.1)
+        canvas.send_keys("m", Keys.ARROW_DOWN)  # the line has ended
+        self.rest()
+        self.assertAlmostEqual(float(self.by("length").text.split()[0]), numpy.hypot(120, 60), delta=0.1)
+
+    def test_a_page_that_is_read_only_shows_its_annotations_and_takes_none(self):
+        notes, site = self.folder / "read.json", self.folder / "read-only"
+        notes.write_text('{"annotations": [{"x": 3, "y": 4, "text": "chip & <crack>"}]}')
+        succeed("web", CAT, "-o", site, "--planes", "1", "--annotations", notes, "--read-only", "--credit", "(c) TITLE <museum>")
+        self.open(site)
+        self.assertEqual(self.by("credit").text, "(c) TITLE <museum>")
+        self.assertEqual(self.js("return [...document.querySelectorAll('#notes li')].map((item) => item.textContent)"), ["1chip & <crack>"])
+        shown = self.js("return [...document.querySelectorAll('#annotations button, #annotations input, #tools button')].filter((each) => each.checkVisibility()).map((each) => each.textContent)")
+        self.assertEqual(shown, ["Lamp", "Move", "Measure", "chip & <crack>"])
+        self.press("#notes button")
+        self.assertEqual(self.js("return [surflect.app.notes.chosen, localStorage.length]"), [0, 0])
+        self.picture("read-only")
 
     def test_normals_and_highlights_are_shown(self):
         self.lamp_at(0.5, 0.3)
@@ -331,52 +270,33 @@ class Page(TestInFolder):
         self.fail(f"{self.by('said').text!r} lacks {text!r}")
 
     def test_axe_finds_nothing_in_light_and_dark_and_a_narrow_window_scrolls_down_alone(self):
-        for width, height in ((1280, 860), (390, 844)):
-            self.page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                                      {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500})
-            for scheme in ("light", "dark"):
-                self.page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]})
-                self.rest()
-                self.js(AXE.read_text())
-                found = self.page.execute_async_script("axe.run({preload: false}).then((found) => arguments[0](found.violations.map((v) => [v.id, v.nodes.map((n) => n.html)])))")
-                with self.subTest(width=width, scheme=scheme):
-                    self.assertEqual(found, [])
-                    self.assertLessEqual(self.js("return document.documentElement.scrollWidth"), width)
-                self.picture(f"{scheme}-{width}")
-        self.page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        self.assert_accessible("")
 
     def test_a_finger_drags_the_lamp_and_two_zoom(self):
-        self.page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True})
-        self.rest()
-        box = self.js("const b = surflect.app.canvas.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]")
-
-        def touch(kind, *places):
-            self.page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
-                {"x": box[0] + x, "y": box[1] + y, "id": i} for i, (x, y) in enumerate(places)]})
-
-        touch("touchStart", (0, 0))
-        touch("touchMove", (60, 0))
-        touch("touchEnd")
+        self.screen(390, 844)
+        self.touch("touchStart", (0, 0))
+        self.touch("touchMove", (60, 0))
+        self.touch("touchEnd")
         self.assertGreater(self.js("return surflect.app.state.x"), 0.2)
         zoom = self.js("return surflect.app.state.view.zoom")
-        touch("touchStart", (-30, 0), (30, 0))
-        touch("touchMove", (-60, 0), (60, 0))
-        touch("touchEnd")
+        self.touch("touchStart", (-30, 0), (30, 0))
+        self.touch("touchMove", (-60, 0), (60, 0))
+        self.touch("touchEnd")
         self.assertAlmostEqual(self.js("return surflect.app.state.view.zoom") / zoom, 2, delta=0.1)
         # Two fingers take back what the first has done: lamp and line stay.
         lamp = self.js("return [surflect.app.state.x, surflect.app.state.y]")
         self.js("surflect.app.state.line = [{ x: 1, y: 2 }, { x: 4, y: 6 }]")
         for tool in ("lamp", "measure"):
             self.press(f"[data-tool={tool}]")
-            touch("touchStart", (-30, 10))
-            touch("touchMove", (-40, 20))
-            touch("touchStart", (-40, 20), (30, 0))
-            touch("touchMove", (-30, 20), (20, 0))
-            touch("touchEnd")
+            self.touch("touchStart", (-30, 10))
+            self.touch("touchMove", (-40, 20))
+            self.touch("touchStart", (-40, 20), (30, 0))
+            self.touch("touchMove", (-30, 20), (20, 0))
+            self.touch("touchEnd")
         self.assertEqual(self.js("return [surflect.app.state.x, surflect.app.state.y]"), lamp)
         self.assertEqual(self.js("return surflect.app.state.line"), [{"x": 1, "y": 2}, {"x": 4, "y": 6}])
         self.assertIn("5.0 pixels", self.by("length").text)
-        self.page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        self.full_screen()
 
     def test_the_title_is_text(self):
         self.assertEqual(self.page.title, "A cat of <plaster>")
@@ -436,12 +356,13 @@ class Command(TestInFolder):
         self.assertEqual(result.returncode, 1)
         self.assertIn("--title: found other bytes, expected UTF-8", result.stderr)
 
-    def test_title_and_scale_stay_over_an_export(self):
+    def test_title_credit_and_scale_stay_over_an_export(self):
         site = self.folder / "again"
-        succeed("web", CAT, "-o", site, "--planes", "1", "--title", "A <cat>", "--pixels-per-mm", "4")
+        succeed("web", CAT, "-o", site, "--planes", "1", "--title", "A <cat>", "--credit", "(c) us", "--pixels-per-mm", "4")
         succeed("web", CAT, "-o", site, "--planes", "1")
         self.assertEqual(argument_of((site / "data.js").read_text())["pixelsPerMm"], 4)
         self.assertIn("<title>A &lt;cat&gt;</title>", (site / "index.html").read_text())
+        self.assertIn(">(c) us<", (site / "index.html").read_text())
         mark = site / "surflect-page.json"
         mark.write_text(json.dumps({**json.loads(mark.read_text()), "object": "another"}))
         succeed("web", CAT, "-o", site, "--planes", "1")  # of another object, they do not

@@ -25,10 +25,10 @@
   // that it was made from, and annotations that the visitor may take back.
   class Notes {
     constructor(page, published, changed) {
-      Object.assign(this, { key: `surflect ${page.object}`, published: checked({ annotations: published }), changed, chosen: -1, earlier: [] });
+      Object.assign(this, { isFixed: page.readOnly ?? false, key: `surflect ${page.object}`, published: checked({ annotations: published }), changed, chosen: -1, earlier: [] });
       this.publishedHash = hashOf(JSON.stringify(this.published));
       this.list = structuredClone(this.published);
-      try {
+      if (!page.readOnly) try {
         const kept = JSON.parse(localStorage.getItem(this.key));
         if (kept) {
           const list = checked(kept);
@@ -107,10 +107,18 @@
       document.getElementById("none").hidden = this.list.length > 0;
       document.getElementById("earlier").hidden = this.earlier.length === 0;
       document.getElementById("notes").replaceChildren(...this.list.map((note, i) => {
-        const item = document.createElement("li"), number = document.createElement("span"), text = document.createElement("input"),
-          remove = document.createElement("button");
+        const item = document.createElement("li"), number = document.createElement("span");
         number.className = "number";
         number.textContent = `${i + 1}`;
+        if (this.isFixed) {
+          const choose = document.createElement("button");
+          choose.type = "button";
+          choose.textContent = note.text || "–";
+          choose.onclick = () => { this.chosen = i; this.changed(); };
+          item.append(number, choose);
+          return item;
+        }
+        const text = document.createElement("input"), remove = document.createElement("button");
         text.type = "text";
         text.value = note.text;
         text.setAttribute("aria-label", `Text of annotation ${i + 1}`);

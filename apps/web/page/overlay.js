@@ -24,13 +24,16 @@
     return `${pixels.toFixed(1)} pixels` + (pixelsPerMm > 0 ? `, ${lengthText(pixels / pixelsPerMm)}` : "");
   }
 
+  // Scale bar in the lower left corner; nothing without a scale, pixels of the page a millimetre.
+  function scaleBar(pixelsPerMm, height) {
+    if (!(pixelsPerMm > 0)) return [];
+    const mm = barLength(160 / pixelsPerMm), length = mm * pixelsPerMm, y = height - 64;
+    return [...twice("path", { d: `M12 ${y - 5}V${y}H${12 + length}V${y - 5}`, id: "bar" }), make("text", { x: 16, y: y - 8 }, lengthText(mm))];
+  }
+
   // toScreen: a point of the full picture to pixels of the page; scale: pixels of the page a pixel of the picture.
   function drawOverlay(svg, { toScreen, scale, height, pixelsPerMm, line, box, notes, chosen }) {
-    const parts = [];
-    if (pixelsPerMm > 0) {
-      const mm = barLength(160 / scale / pixelsPerMm), length = mm * pixelsPerMm * scale, y = height - 64;
-      parts.push(...twice("path", { d: `M12 ${y - 5}V${y}H${12 + length}V${y - 5}`, id: "bar" }), make("text", { x: 16, y: y - 8 }, lengthText(mm)));
-    }
+    const parts = scaleBar(pixelsPerMm * scale, height);
     notes.forEach((note, i) => {
       const group = make("g", i === chosen ? { class: "chosen" } : {}), p = toScreen(note);
       if (note.width !== undefined) {
@@ -52,5 +55,5 @@
     svg.replaceChildren(...parts);
   }
 
-  surflect.overlay = { drawOverlay, measured, barLength, lengthText };
+  surflect.overlay = { drawOverlay, scaleBar, measured, barLength, lengthText };
 })();

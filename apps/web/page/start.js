@@ -1,4 +1,4 @@
-// The names that the scripts of a page share; data, annotations and tiles come as scripts that call functions of it.
+// The names that the scripts of a page share; data, annotations, tiles and terms come as scripts that call functions of it.
 "use strict";
 window.surflect = {
   errors: [],
@@ -13,7 +13,7 @@ window.surflect = {
   },
 };
 window.addEventListener("error", (event) => { // scripts that are missing come here too, in the capturing phase
-  if (event.target.dataset?.tile || event.message?.startsWith("ResizeObserver")) return; // tiles.js tries again; no failure
+  if (event.target.dataset?.part || event.message?.startsWith("ResizeObserver")) return; // who asked for it tells; no failure
   surflect.fail(event.target === window ? `The page fails: ${event.message}`
     : `A file of the page is missing: ${event.target.getAttribute("src") ?? event.target.getAttribute("href")}`);
 }, true);

@@ -66,7 +66,7 @@
           done();
         } catch (error) { lost(`cannot be decoded (${error.message})`); }
       });
-      script.dataset.tile = name;
+      script.dataset.part = name;
       script.onerror = () => lost("cannot be loaded");
       script.onload = () => { if (!called) lost("is damaged"); };
       script.src = `tiles/${name}.js`;

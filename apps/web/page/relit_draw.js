@@ -1,6 +1,8 @@
 // Draws tiles under a light by WebGL 2.
 "use strict";
 (() => {
+  const { programOf, srgb } = surflect.picture;
+
   const vertexShader = `#version 300 es
     uniform vec4 place;  // of the tile on the screen: left, bottom, right, top, in clip space
     out vec2 at;
@@ -23,10 +25,7 @@
     uniform int show;
     in vec2 at;
     out vec4 color;
-    vec3 srgb(vec3 x) {
-      x = clamp(x, 0.0, 1.0);
-      return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
-    }
+    ${srgb}
     void main() {
       vec3 e = weights[0];
       ${planes.map((k) => `e += weights[${k + 1}] * texture(plane${k}, at).r;`).join(" ")}
@@ -45,24 +44,10 @@
     }`;
   }
 
-  function compiled(gl, kind, text) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-    return shader;
-  }
-
   class Drawing {
     constructor(gl, page) {
-      Object.assign(this, { gl, page });
-      const program = gl.createProgram();
-      gl.attachShader(program, compiled(gl, gl.VERTEX_SHADER, vertexShader));
-      gl.attachShader(program, compiled(gl, gl.FRAGMENT_SHADER, fragmentShader(page)));
-      gl.linkProgram(program);
-      if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-      gl.useProgram(program);
-      this.at = new Proxy({}, { get: (known, name) => known[name] ??= gl.getUniformLocation(program, name) });
+      Object.assign(this, { gl, page, ...programOf(gl, vertexShader, fragmentShader(page)) });
+      gl.useProgram(this.program);
       for (let k = 0; k < page.planes; ++k) gl.uniform1i(this.at[`plane${k}`], k);
       if (page.normals) {
         gl.uniform1i(this.at.normalX, page.planes);

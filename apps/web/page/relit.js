@@ -1,20 +1,20 @@
-// The page: its state, hands of mouse, finger and keys, and when what is drawn.
+// The page of one view: its state, hands of mouse, finger and keys, and when what is drawn.
 "use strict";
 (() => {
-  const { page, Tiles, Drawing, Notes, decode, overlay } = surflect;
+  const { page, Tiles, Drawing, Notes, decode, overlay, picture } = surflect;
+  const { clamp } = picture;
   const by = (id) => document.getElementById(id);
   const canvas = by("canvas"), stage = by("stage"), disc = by("disc"), svg = by("overlay");
-  const radians = Math.PI / 180, clamp = (x, least, most) => Math.min(most, Math.max(least, x));
+  const radians = Math.PI / 180;
 
-  const gl = canvas.getContext("webgl2", { alpha: true, antialias: false, preserveDrawingBuffer: true });
-  if (!gl) {
-    surflect.fail("This browser draws no WebGL 2, which the picture needs.");
-    return;
-  }
-  canvas.addEventListener("webglcontextlost", () => surflect.fail("The browser took the graphics away: load the page again."));
+  const gl = picture.contextOf(canvas, { alpha: true });
+  if (!gl) return;
+
+  document.body.classList.toggle("read-only", Boolean(page.readOnly));
+  by("annotations").hidden = page.readOnly && !surflect.published?.length;
 
   // view: the point of the full picture in the middle of the canvas, and pixels of the canvas a pixel of the picture.
-  const state = { x: 0, y: 0, stops: 0, show: 0, exponent: 60, diffuse: 0.4, tool: "lamp", line: null, box: null,
+  const state = { x: 0, y: 0, stops: 0, show: 0, exponent: 60, diffuse: 0.4, tool: "lamp", line: null, box: null, isMeasuring: false, // by keys: the line ends in the middle of the canvas
     pixelsPerMm: page.pixelsPerMm ?? 0, view: { x: page.width / 2, y: page.height / 2, zoom: 1, fits: true } };
   const hull = decode.hullOf(page.lights.map(({ towards }) => [towards[0], towards[1]]));
   const tiles = new Tiles(gl, page, () => redraw());
@@ -62,9 +62,10 @@
   }
 
   function draw() {
-    const width = Math.max(1, Math.round(stage.clientWidth * devicePixelRatio)), height = Math.max(1, Math.round(stage.clientHeight * devicePixelRatio));
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    picture.fill(canvas, stage);
+    const { width, height } = canvas;
     clampView();
+    if (state.isMeasuring) { state.line = [state.line[0], { x: state.view.x, y: state.view.y }]; tellLength(); }
     const [x, y] = decode.nearestInHull(state.x, state.y, hull);
     const towards = [state.x, state.y, Math.sqrt(Math.max(0, 1 - state.x ** 2 - state.y ** 2))];
     drawing.begin({ ...state, towards, weights: decode.weightsOf(decode.featuresOf(x, y, page.lights), page) }, width, height);
@@ -84,12 +85,7 @@
       ? "No lamp was captured there: the nearest light is shown." : "";
   }
 
-  let asked = false;
-  function redraw() {
-    if (asked) return;
-    asked = true;
-    requestAnimationFrame(() => { asked = false; draw(); });
-  }
+  const redraw = picture.onceAFrame(draw);
 
   function zoomAt(factor, clientX, clientY) {
     const before = toPicture(clientX, clientY), { view } = state;
@@ -169,13 +165,7 @@
 
   // ---- Hands on the picture: one pointer does what the tool says, two move and zoom.
 
-  const held = new Map();
-  let begun = null; // of one pointer: where, in pixels of the page and of the picture
-
-  const pinch = () => {
-    const [a, b] = [...held.values()];
-    return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) };
-  };
+  let begun = null; // of one pointer: where, in pixels of the picture, and what it may change
   const boxOf = (a, b) => ({ x: Math.min(a.x, b.x), y: Math.min(a.y, b.y), width: Math.abs(a.x - b.x), height: Math.abs(a.y - b.y) });
 
   function lampOnPicture(event) {
@@ -185,7 +175,6 @@
 
   // Takes back what the first finger of two has done.
   function takeBack() {
-    if (!begun) return;
     state.box = null;
     if (state.tool === "lamp") setLamp(begun.lamp.x, begun.lamp.y);
     if (state.tool === "measure") { state.line = begun.line; tellLength(); }
@@ -193,53 +182,38 @@
     redraw();
   }
 
-  canvas.addEventListener("pointerdown", (event) => {
-    if (event.button) return; // the main one alone
-    canvas.setPointerCapture(event.pointerId);
-    held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (held.size > 1) { takeBack(); return; }
-    const at = toPicture(event.clientX, event.clientY);
-    begun = { at, last: { x: event.clientX, y: event.clientY }, lamp: { x: state.x, y: state.y }, line: state.line };
-    if (state.tool === "lamp") lampOnPicture(event);
-    if (state.tool === "measure") { state.line = [at, at]; redraw(); }
+  picture.takeHands(canvas, {
+    press(event) {
+      const at = toPicture(event.clientX, event.clientY);
+      begun = { at, lamp: { x: state.x, y: state.y }, line: state.line };
+      if (state.tool === "lamp") lampOnPicture(event);
+      state.isMeasuring = false;
+      if (state.tool === "measure") { state.line = [at, at]; redraw(); }
+    },
+    drag(event, dx, dy) {
+      const at = toPicture(event.clientX, event.clientY);
+      if (state.tool === "lamp") lampOnPicture(event);
+      if (state.tool === "pan") pan(dx, dy);
+      if (state.tool === "measure") { state.line = [begun.at, at]; tellLength(); redraw(); }
+      if (state.tool === "box") { state.box = boxOf(begun.at, at); redraw(); }
+    },
+    release(event) {
+      if (event.type === "pointerup") {
+        if (state.tool === "point") notes.add({ x: begun.at.x, y: begun.at.y, text: "" });
+        if (state.tool === "box" && state.box && state.box.width > 0) notes.add({ ...state.box, text: "" });
+      }
+      begun = state.box = null;
+      redraw();
+    },
+    takeBack,
+    pinch(dx, dy, factor, x, y) { pan(dx, dy); zoomAt(factor, x, y); },
+    zoom: zoomAt,
   });
-  canvas.addEventListener("pointermove", (event) => {
-    if (!held.has(event.pointerId)) return;
-    const before = held.size === 2 ? pinch() : null;
-    held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (before) {
-      const now = pinch();
-      pan(now.x - before.x, now.y - before.y);
-      if (before.apart > 0) zoomAt(now.apart / before.apart, now.x, now.y);
-      return;
-    }
-    if (!begun) return;
-    const at = toPicture(event.clientX, event.clientY);
-    if (state.tool === "lamp") lampOnPicture(event);
-    if (state.tool === "pan") pan(event.clientX - begun.last.x, event.clientY - begun.last.y);
-    if (state.tool === "measure") { state.line = [begun.at, at]; tellLength(); redraw(); }
-    if (state.tool === "box") { state.box = boxOf(begun.at, at); redraw(); }
-    begun.last = { x: event.clientX, y: event.clientY };
-  });
-  const release = (event) => {
-    if (!held.delete(event.pointerId)) return;
-    if (begun && event.type === "pointerup") {
-      if (state.tool === "point") notes.add({ x: begun.at.x, y: begun.at.y, text: "" });
-      if (state.tool === "box" && state.box && state.box.width > 0) notes.add({ ...state.box, text: "" });
-    }
-    begun = null;
-    state.box = null;
-    redraw();
-  };
-  canvas.addEventListener("pointerup", release);
-  canvas.addEventListener("pointercancel", release);
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    zoomAt(Math.exp(-clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300) / 400), event.clientX, event.clientY);
-  }, { passive: false });
   canvas.addEventListener("keydown", (event) => {
-    const step = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] }[event.key];
-    if (step) pan(...step);
+    const step = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    const far = event.shiftKey ? 5 : 60; // pixels of the page
+    if (step) pan(far * step[0], far * step[1]);
+    else if (event.key === "m" || event.key === "M") measureInMiddle();
     else if (event.key === "+" || event.key === "=") zoomInMiddle(1.25);
     else if (event.key === "-") zoomInMiddle(0.8);
     else if (event.key === "0") fit();
@@ -254,18 +228,14 @@
 
   // ---- Choices.
 
-  function choose(attribute, value) {
-    for (const button of document.querySelectorAll(`[data-${attribute}]`))
-      if (button.tagName === "BUTTON") button.setAttribute("aria-pressed", String(button.dataset[attribute] === value));
-  }
   for (const button of document.querySelectorAll("[data-tool]"))
-    button.onclick = () => { state.tool = stage.dataset.tool = button.dataset.tool; choose("tool", state.tool); };
+    button.onclick = () => { state.tool = stage.dataset.tool = button.dataset.tool; picture.press("tool", state.tool); };
   const shown = ["color", "normals", "specular"];
   for (const button of document.querySelectorAll("[data-show]")) {
     button.disabled = !page.normals && button.dataset.show !== "color";
     button.onclick = () => {
       state.show = shown.indexOf(button.dataset.show);
-      choose("show", button.dataset.show);
+      picture.press("show", button.dataset.show);
       by("gloss").hidden = state.show !== 2;
       redraw();
     };
@@ -277,7 +247,13 @@
   // ---- Measuring.
 
   function tellLength() {
-    by("length").textContent = state.line ? overlay.measured(state.line, state.pixelsPerMm) : "Choose Measure, then draw a line.";
+    by("length").textContent = state.line ? overlay.measured(state.line, state.pixelsPerMm) : "Choose Measure, then draw a line; or press M on the picture.";
+  }
+  // Begins a line in the middle of the canvas, which follows the middle while keys move the picture; or ends it there.
+  function measureInMiddle() {
+    state.isMeasuring = !state.isMeasuring;
+    if (state.isMeasuring) state.line = [{ x: state.view.x, y: state.view.y }];
+    redraw();
   }
   by("scale").value = state.pixelsPerMm || "";
   by("scale").oninput = (event) => { state.pixelsPerMm = Math.max(0, +event.target.value || 0); tellLength(); redraw(); };

@@ -1,0 +1,63 @@
+#include "apps/web/object_page.h"
+
+#include "apps/web/page_folder.h"
+#include "surfel/base/error.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <string>
+
+namespace surflect::web {
+namespace {
+
+// What is wrong with maps of so many triangles and terms, of so many channels and bytes of means; empty if a
+// page holds them.
+std::string problemOf(size_t triangles, size_t terms, size_t channels, size_t meanBytes) {
+  lfm::LightFieldMaps maps;
+  maps.mesh.triangles.resize(triangles);
+  maps.terms.resize(terms);
+  maps.channels = channels;
+  maps.mean.maps.data.resize(meanBytes);
+  try {
+    requireHeldByPage(maps);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ObjectPage, RefusesMapsThatBrowsersDoNotHoldByTheirField) {
+  constexpr size_t kPlaces = size_t{2048} * 2048;
+  EXPECT_EQ(problemOf(kPlaces / 5, 1, 3, 0), "");
+  EXPECT_NE(problemOf(kPlaces / 5 + 1, 1, 3, 0).find("maps: 838861 triangles of 1 terms"), std::string::npos);
+  EXPECT_NE(problemOf(0, 1, 3, 0).find("maps.triangles: found none"), std::string::npos);
+  EXPECT_NE(problemOf(1, 1, 4, 0).find("maps.channels: found 4"), std::string::npos);
+  EXPECT_NE(problemOf(1, 0, 3, (size_t{256} << 20) + 1).find("maps: 268 MB are more"), std::string::npos);
+}
+
+TEST(PageMark, KeepsWhatIsNotGivenForTheSameObjectAlone) {
+  const PageMark earlier{"cat", "A cat", "(c) us", 4.0};
+  const PageMark same = markOf({"cat", "", "", {}}, earlier, "folder");
+  EXPECT_EQ(same.title, "A cat");
+  EXPECT_EQ(same.credit, "(c) us");
+  EXPECT_EQ(same.scale, 4.0);
+  const PageMark given = markOf({"cat", "Felis", "", 2.0}, earlier, "folder");
+  EXPECT_EQ(given.title, "Felis");
+  EXPECT_EQ(given.scale, 2.0);
+  const PageMark other = markOf({"dog", "", "", {}}, earlier, "folder");
+  EXPECT_EQ(other.title, "folder");
+  EXPECT_EQ(other.credit, "");
+  EXPECT_FALSE(other.scale);
+}
+
+TEST(PageFolder, KnowsWhatExportsWrite) {
+  for (const char* own :
+       {"index.html", "relit.js", "object.js", "term0.js", "term12.js", "annotations.1.json"})
+    EXPECT_TRUE(isOfPage(own)) << own;
+  for (const char* other : {"object.html", "term.js", "termite.js", "README", "term1.json"})
+    EXPECT_FALSE(isOfPage(other)) << other;
+}
+
+} // namespace
+} // namespace surflect::web
