@@ -13,6 +13,9 @@ from s3tc import read_tiles
 from screen import Fragments, interior, unit
 
 
+VERSION = 3  # of the format
+
+
 class Maps:
     """Content of maps.bin. A table has the map of each user, -1 for none, and values [map, row, column, channel].
 
@@ -22,7 +25,7 @@ class Maps:
     def __init__(self, folder, corners, magic, channels):
         file = folder.read("maps.bin")
         assert bytes(file.take("u1", 8)) == magic
-        vertices, triangles, method, self.scalar, self.samples, self.cells, terms = (file.count() for _ in range(7))
+        vertices, triangles, method, self.scalar, self.samples, self.cells, higher, terms = (file.count() for _ in range(8))
         surface, view, mean = (file.count() for _ in range(3))
         white = file.take("f4", 1)[0]
         frames = file.take("f4", vertices, 2, 3).astype(float)
@@ -30,12 +33,12 @@ class Maps:
         signed = (lambda b: np.maximum(b.view(np.int8) / 127, -1)) if method == 0 else (lambda b: b / 255)
         codes = 127 if method == 0 else 255  # for a value of 1
         patch = np.add.outer(np.arange(self.samples), np.arange(self.samples)) < self.samples  # [row j, column i]
-        square = np.ones((self.cells, self.cells), bool)
+        squares = [np.ones((cells, cells), bool) for cells in (self.cells, *[higher] * 63)]
         users, of_corners = (3 * triangles, 1) if self.scalar else (triangles, 3)
         self.terms = [{"scale": file.take("f4", vertices),
                        "surface": self.table(file, users, surface, patch, of_corners, signed, method == 0),
-                       "view": self.table(file, vertices, view, square, channels, signed, method == 0)}
-                      for _ in range(terms)]
+                       "view": self.table(file, vertices, view, squares[k], channels, signed, method == 0)}
+                      for k in range(terms)]
         self.mean = self.table(file, 0 if method else triangles, mean, patch, channels, lambda b: white * b / 255, False)
         surfaces = [on_edges(term["surface"], self.samples, self.scalar, True) for term in self.terms]
         self.edges = [corrections(corners, surface, codes, False) for surface in surfaces]
@@ -97,8 +100,9 @@ def roots(maps, triangles, fragments, toward):
     total, b = 0, fragments.weights
     if len(maps.mean[0]):
         total = look_up(maps.mean, t, patch) + from_edges(maps.mean_edges, t, b)
-    views = [view_blend(maps.cells, maps.frames[triangles[t, k]], toward) for k in range(3)]
     for term, edges in zip(maps.terms, maps.edges):
+        cells = term["view"][1].shape[1]
+        views = [view_blend(cells, maps.frames[triangles[t, k]], toward) for k in range(3)]
         if maps.scalar:
             surface = [look_up(term["surface"], 3 * t + k, turned(n, patch, k))[:, 0] for k in range(3)]
         else:
@@ -111,7 +115,7 @@ def roots(maps, triangles, fragments, toward):
 
 
 def decode(model, camera):
-    folder = Folder(model, "surflect light field maps", 2)
+    folder = Folder(model, "surflect light field maps", VERSION)
     positions, triangles = folder.mesh()
     maps = Maps(folder, triangles, b"lfm maps", 3)
     seen = Fragments(camera, positions, triangles)

@@ -14,7 +14,7 @@ from ulr import composite
 
 
 def decode(model, camera):
-    folder = Folder(model, "surflect opacity light field maps", 1)
+    folder = Folder(model, "surflect opacity light field maps", 2)
     positions, triangles = folder.mesh()
     maps = Maps(folder, triangles, b"rgbamaps", 4)
     seen = Fragments(camera, positions, triangles)

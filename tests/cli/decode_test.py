@@ -106,13 +106,15 @@ class Decode(TestInFolder):
     def test_light_field_maps(self):
         maps = ["--triangles", "600", "--samples", "6", "--view-size", "8"]
         self.assert_decoded("lfm", maps)
+        self.assert_decoded("lfm-higher", [*maps, "--higher-view-size", "5"])
         self.assert_decoded("lfm-nmf", [*maps, "--factors", "nmf", "--vq", "4"])
         # The GPU, or Mesa in its place, mixes the two colours of a block in few bits: 54.7 and 55.4 dB by Mesa.
         self.assert_decoded("lfm-s3tc", [*maps, "--s3tc"], decibels=50)
         self.assert_decoded("olfm-s3tc", [*maps, "--s3tc"], decibels=50)
 
     def test_opacity_light_field_maps(self):
-        self.assert_decoded("olfm", ["--triangles", "600", "--samples", "6", "--view-size", "8", "--vq", "4"])
+        self.assert_decoded("olfm", ["--triangles", "600", "--samples", "6", "--view-size", "8", "--higher-view-size", "4",
+                                     "--vq", "4"])
 
     def test_opacity_light_field(self):
         self.assert_decoded("vdtm", ["--triangles", "600"])

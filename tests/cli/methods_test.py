@@ -329,7 +329,7 @@ class Methods(TestInFolder):
             self.assert_same_files(content(again), content(model))
 
     def test_finished_maps_are_compressed_to_the_bytes_of_a_build(self):
-        compression = ["--vq", "4", "--s3tc"]
+        compression = ["--higher-view-size", "6", "--vq", "4", "--s3tc"]
         for kind, model, options in (("lfm", self.models[2], ["--view-size", "12"]),
                                      ("olfm", self.models[6], ["--triangles", "1000", "--view-size", "12"])):
             built, small = self.folder / f"built.{kind}", self.folder / f"compressed.{kind}"
@@ -344,15 +344,18 @@ class Methods(TestInFolder):
             self.assertEqual(wrong.returncode, 2)
             self.assertIn("--terms: is for photographs", wrong.stderr)
             self.assert_refused("would compress it", "pack", model, "-o", none)
+            self.assert_refused("--higher-view-size: found 13, expected at most 12", "pack", model, "-o", none,
+                                "--higher-view-size", "13")
             self.assertEqual(run("pack", model, "--method", "vdtm", "-o", none, *compression).returncode, 2)
             self.assert_refused("is the source", "pack", model, "-o", model, *compression)
             self.assertEqual(run("pack", model, "-o", none, "--mesh", "a.ply").returncode, 2)
             self.assertFalse(none.exists())
         half, whole = self.folder / "half.lfm", self.folder / "whole.lfm"
-        succeed("pack", self.models[2], "-o", half, "--vq", "4")
+        succeed("pack", self.models[2], "-o", half, "--higher-view-size", "6", "--vq", "4")
         succeed("pack", half, "-o", whole, "--s3tc")
         self.assert_same_files(content(whole), content(self.folder / "compressed.lfm"))
-        self.assert_refused("have codebooks already", "pack", half, "-o", none, "--vq", "4")
+        for again in (["--vq", "4"], ["--higher-view-size", "4"]):
+            self.assert_refused("have codebooks already", "pack", half, "-o", none, *again)
         self.assertEqual(run("pack", self.models[0], "-o", none, "--vq", "4").returncode, 2)  # slf
         self.assertEqual(run("pack", self.models[2], "-o", none, "--vq-means").returncode, 2)
         succeed("pack", self.models[2], "-o", whole, "--vq", "4", "--preset", "paper")

@@ -1,6 +1,7 @@
 #include "render/lightfield/lfm/compression.h"
 
 #include "render/lightfield/common/views.h"
+#include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/quantization.h"
 #include "render/lightfield/lfm/tile.h"
 #include "render/lightfield/lfm/vertex_matrix.h"
@@ -36,10 +37,22 @@ void requireRatio(const Compression& compression, const TriangleMesh& mesh) {
         .at("--vq");
 }
 
+void requireViewSize(const Compression& compression, int viewSize) {
+  if (compression.higherViewSize && *compression.higherViewSize > viewSize)
+    throw Error::mismatch(fmt::format("at most {}, as in the first term", viewSize),
+                          std::to_string(*compression.higherViewSize))
+        .at("--higher-view-size");
+}
+
 LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, const Progress& progress) {
   requireRatio(compression, maps.mesh);
-  if ((compression.hasCodebooks() || compression.s3tc) && hasBlocks(maps))
+  if (compression.isAsked() && hasBlocks(maps))
     throw Error("have S3TC blocks already, expected bytes").at("maps");
+  requireViewSize(compression, maps.higherViewSize);
+  if (compression.higherViewSize) {
+    if (maps.layout != SurfaceLayout::packed) throw Error("have codebooks already").at("maps");
+    maps = withHigherViewSize(std::move(maps), *compression.higherViewSize);
+  }
   if (compression.hasCodebooks()) {
     if (maps.layout != SurfaceLayout::packed) throw Error("have codebooks already").at("maps");
     const double error = compression.error.value_or(0);
@@ -79,8 +92,8 @@ void addCompressed(const LightFieldMaps& maps, const method::BuildInput& input, 
 }
 
 void requireCompression(const method::BuildInput& input, const Compression& compression) {
-  if (!compression.hasCodebooks() && !compression.s3tc)
-    throw Error("is finished: --vq or --s3tc would compress it").in(input.source);
+  if (!compression.isAsked())
+    throw Error("is finished: --vq, --s3tc or --higher-view-size would compress it").in(input.source);
   std::error_code unknown; // reported when writing
   if (std::filesystem::equivalent(input.source, input.output, unknown))
     throw Error("is the source: give another -o").in(input.output);

@@ -1,4 +1,4 @@
-// Compression of finished light field maps: codebooks, then S3TC.  [Chen 2002, §4]
+// Compresses light field maps: smaller view maps, then codebooks, then S3TC.  [Chen 2002, §4]
 #pragma once
 
 #include "render/lightfield/lfm/maps.h"
@@ -17,9 +17,14 @@ struct Compression {
   std::optional<CodebookStart> start;
   bool means = false; // whether mean maps get a codebook, too
   bool s3tc = false;
+  std::optional<int> higherViewSize; // cells along a side of view maps from the second term on
 
+  bool isAsked() const { return hasCodebooks() || s3tc || higherViewSize; }
   bool hasCodebooks() const { return ratio || error; }
 };
+
+// Throws Error if view maps have fewer cells along a side than are asked for from the second term on.
+void requireViewSize(const Compression& compression, int viewSize);
 
 // Throws Error if more maps are to share a codeword than there are view maps, one for each vertex of the
 // mesh.

@@ -7,8 +7,8 @@
 // NMF: all factors are >= 0, there is no mean, and terms are not progressive.
 //
 // Entries that were not observed count in no error. If the missing entries are whole rows or columns, PCA
-// leaves these out. Otherwise it is fitted to the observed entries by alternating least squares, whose terms
-// are only nearly progressive.
+// leaves these out. Otherwise terms are fitted to the observed entries by alternating least squares, for
+// small errors of the first k of each k.
 #pragma once
 
 #include "render/lightfield/lfm/factors.h"

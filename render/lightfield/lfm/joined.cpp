@@ -47,6 +47,9 @@ void requireFitting(const LightFieldMaps& model, const LightFieldMaps& first) {
     throw Error::mismatch(std::to_string(first.samples), std::to_string(model.samples)).at("samples");
   if (model.viewSize != first.viewSize)
     throw Error::mismatch(std::to_string(first.viewSize), std::to_string(model.viewSize)).at("viewSize");
+  if (model.higherViewSize != first.higherViewSize)
+    throw Error::mismatch(std::to_string(first.higherViewSize), std::to_string(model.higherViewSize))
+        .at("higherViewSize");
   const auto isEncoded = [](const MapTable& table) { return table.maps.coding == Coding::dxt1; };
   if (isEncoded(model.mean) || std::ranges::any_of(model.terms, [&](const Term& term) {
         return isEncoded(term.surface) || isEncoded(term.view);
@@ -128,6 +131,7 @@ LightFieldMaps joined(std::span<const LightFieldMaps> models, std::span<const Pl
   scene.layout = models[0].layout;
   scene.samples = models[0].samples;
   scene.viewSize = models[0].viewSize;
+  scene.higherViewSize = models[0].higherViewSize;
   scene.meanWhite = 0;
   size_t terms = 0;
   for (size_t m = 0; m < models.size(); ++m) try {

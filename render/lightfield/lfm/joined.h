@@ -48,7 +48,7 @@ struct PlacedObject {
 };
 
 // Maps of all objects, in their order. Each model's maps are stored once, for any number of objects. Models
-// have equal method, layout, samples and view size, and coding `bytes`. A model with fewer terms than others
+// have equal method, layout, samples and view sizes, and coding `bytes`. A model with fewer terms than others
 // has no maps in the remaining terms. Bytes of means are rounded anew for the largest meanWhite of all
 // models.
 // Throws Error naming model and field if models do not fit together.

@@ -70,18 +70,21 @@ void describeMaps(Archive& archive, LightFieldMaps& maps) {
   archive.choice<uint64_t>("layout", maps.layout, SurfaceLayout::scalar);
   archive.number<uint64_t>("samples", maps.samples, {2, PatchGrid::kMostPerEdge});
   archive.number<uint64_t>("viewSize", maps.viewSize, {kLeastViewSize, kLargestViewSize});
+  archive.number<uint64_t>("higherViewSize", maps.higherViewSize, {kLeastViewSize, kLargestViewSize});
   archive.number<uint64_t>("terms", terms, {0, kMostTerms});
   archive.choice<uint64_t>("surfaceCoding", surface, Coding::dxt1);
   archive.choice<uint64_t>("viewCoding", view, Coding::dxt5);
   archive.choice<uint64_t>("meanCoding", maps.mean.maps.coding, Coding::dxt5);
   archive.number<float>("meanWhite", maps.meanWhite, {1e-30f});
   archive.each("frames", maps.frames, vertices, [&](VertexFrame& frame) { describeFrame(archive, frame); });
+  size_t k = 0;
   archive.each("terms", maps.terms, terms, [&](Term& term) {
+    const MapShape viewMaps = viewShape(maps, k++);
     if (archive.isReading()) term.surface.maps.coding = surface, term.view.maps.coding = view;
     archive.array<float>("scale", term.scale, vertices, {0});
     const size_t users = maps.layout == SurfaceLayout::packed ? triangles : 3 * triangles;
     atField("surface", [&] { describeTable(archive, term.surface, users, surfaceShape(maps)); });
-    atField("view", [&] { describeTable(archive, term.view, vertices, viewShape(maps)); });
+    atField("view", [&] { describeTable(archive, term.view, vertices, viewMaps); });
   });
   atField("mean", [&] {
     describeTable(archive, maps.mean, maps.method == Factorization::pca ? triangles : 0, meanShape(maps));
@@ -112,7 +115,8 @@ LightFieldMaps readMaps(const lightfield::LightFieldFolder& folder, size_t chann
 lightfield::Numbers numbersOf(const LightFieldMaps& maps) {
   return {{"terms", static_cast<double>(maps.terms.size())},
           {"samples", maps.samples},
-          {"view_size", maps.viewSize}};
+          {"view_size", maps.viewSize},
+          {"higher_view_size", maps.higherViewSize}};
 }
 
 void writeMaps(const LightFieldMaps& maps, const lightfield::LightFieldFolder& source,

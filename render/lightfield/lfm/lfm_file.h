@@ -16,7 +16,7 @@
 namespace surflect::lfm {
 
 inline constexpr const char* kFormatTag = "surflect light field maps";
-inline constexpr int kFormatVersion = 2;
+inline constexpr int kFormatVersion = 3;
 inline constexpr const char* kMapsFile = "maps.bin";
 
 // Content of maps.bin.

@@ -53,6 +53,9 @@ const method::Rows<BuildChoice>& buildRows() {
       row<BuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
                        {.domain = wholeRange(kLeastViewSize, kLargestViewSize),
                         .help = "cells of a view map along each side"}),
+      row<BuildChoice>("higher_view_size", [](auto& o) -> auto& { return o.compression.higherViewSize; },
+                       {.domain = wholeRange(kLeastViewSize, kLargestViewSize),
+                        .help = "cells of view maps from the second term on; default: as in the first"}),
       row<BuildChoice>("terms", [](auto& o) -> auto& { return o.terms; },
                        {.domain = wholeRange(0, kMostTerms),
                         .help = "products for each vertex, at most; default: 3, or 16 with --tolerance"}),
@@ -125,6 +128,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   options.samples = resolution.samples;
   views.replaceMesh(std::move(resolution.mesh), progress);
   requireRatio(choice.compression, views.mesh()); // before all work
+  requireViewSize(choice.compression, options.viewSize);
   lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
   lightfield::foretellMemory(input, memoryFor(Rings(views.mesh(), progress), sizesOf(views, options)),
                              "matrices and maps");
@@ -315,16 +319,17 @@ std::unique_ptr<method::Renderer> openScene(std::span<const std::filesystem::pat
 }
 
 const method::Method& lfmMethod() {
-  static const method::Method kMethod{.tag = "lfm",
-                                      .title = "light field maps: products of surface maps and view maps",
-                                      .paper = "Chen et al. 2002",
-                                      .format = kFormatTag,
-                                      .buildOptions = method::optionsOf(buildRows()),
-                                      .renderOptions = method::optionsOf(renderRows()),
-                                      .compressOptions = {"vq", "vq_error", "vq_start", "vq_means", "s3tc"},
-                                      .checkBuild = checkBuild,
-                                      .build = buildModel,
-                                      .open = open};
+  static const method::Method kMethod{
+      .tag = "lfm",
+      .title = "light field maps: products of surface maps and view maps",
+      .paper = "Chen et al. 2002",
+      .format = kFormatTag,
+      .buildOptions = method::optionsOf(buildRows()),
+      .renderOptions = method::optionsOf(renderRows()),
+      .compressOptions = {"higher_view_size", "vq", "vq_error", "vq_start", "vq_means", "s3tc"},
+      .checkBuild = checkBuild,
+      .build = buildModel,
+      .open = open};
   return kMethod;
 }
 

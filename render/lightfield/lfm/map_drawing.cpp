@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace surflect::lfm {
@@ -59,22 +60,43 @@ Tiling tilingOf(const TileShape& tile, size_t tiles, const TilingLimits& limits)
 
 namespace {
 
-using Sets = std::vector<const MapSet*>;
+// Sets of maps of one shape, and where their tiles are in a texture that holds several such groups.
+struct Group {
+  MapShape shape;
+  std::vector<const MapSet*> sets;
+  Coding coding = Coding::bytes;
+  Tiling tiling = {};
+  int firstLayer = 0;
+  std::vector<size_t> firstTile = {}; // of each set, and the number of all
 
-Coding codingOf(const Sets& sets) { return sets.empty() ? Coding::bytes : sets.front()->coding; }
+  Group(const MapShape& groupShape, std::vector<const MapSet*> groupSets)
+      : shape(groupShape), sets(std::move(groupSets)),
+        coding(sets.empty() ? Coding::bytes : sets.front()->coding) {}
 
-// First tile of each set, when all are counted together; and the number of all.
-std::vector<size_t> firstTiles(const Sets& sets, const MapShape& shape) {
-  std::vector<size_t> first{0};
-  for (const MapSet* set : sets) first.push_back(first.back() + tilesOf(shape, codingOf(sets), set->count));
-  return first;
-}
+  Tiling::Place placeOf(size_t tile) const {
+    Tiling::Place place = tiling.placeOf(tile);
+    place.layer += firstLayer;
+    return place;
+  }
+};
 
-Tiling tilingOf(const Sets& sets, const MapShape& shape, const gl::Limits& limits) {
-  return tilingOf(tileShapeOf(shape, codingOf(sets)), firstTiles(sets, shape).back(),
-                  {.side = std::min(2048, limits.textureSize),
-                   .layers = std::min(256, limits.arrayLayers),
-                   .largestSide = limits.textureSize});
+using Groups = std::vector<Group>;
+
+// Groups with their tilings and layers.
+Groups tiled(Groups groups, const gl::Limits& limits) {
+  int layers = 0;
+  for (Group& group : groups) {
+    group.firstTile = {0};
+    for (const MapSet* set : group.sets)
+      group.firstTile.push_back(group.firstTile.back() + tilesOf(group.shape, group.coding, set->count));
+    group.tiling = tilingOf(tileShapeOf(group.shape, group.coding), group.firstTile.back(),
+                            {.side = std::min(2048, limits.textureSize),
+                             .layers = std::min(256, limits.arrayLayers / static_cast<int>(groups.size())),
+                             .largestSide = limits.textureSize});
+    group.firstLayer = layers;
+    layers += group.tiling.layers;
+  }
+  return groups;
 }
 
 gl::Format formatOf(Coding coding, bool isSigned) {
@@ -102,74 +124,91 @@ TileRows rowsOf(const MapSet& set, const MapShape& shape, size_t tile) {
           static_cast<size_t>(tileShape.height / kBlockSide)};
 }
 
-gl::Texture textureOf(const Sets& sets, const MapShape& shape, bool isSigned, const gl::Limits& limits) {
-  const Tiling tiling = tilingOf(sets, shape, limits);
-  const gl::Format format = formatOf(codingOf(sets), isSigned);
-  gl::Texture texture({format, tiling.width(), tiling.height(), tiling.layers});
-  std::vector<std::byte> layer(gl::bytesOf(format, tiling.width(), tiling.height()));
+gl::Texture textureOf(const Groups& groups, bool isSigned) {
+  const gl::Format format = formatOf(groups.front().coding, isSigned);
+  int width = 1, height = 1;
+  for (const Group& group : groups)
+    width = std::max(width, group.tiling.width()), height = std::max(height, group.tiling.height());
+  gl::Texture texture({format, width, height, groups.back().firstLayer + groups.back().tiling.layers});
+  std::vector<std::byte> layer(gl::bytesOf(format, width, height));
   int current = 0;
   const auto upload = [&] {
-    texture.upload(layer, tiling.width(), tiling.height(), {.layer = current});
+    texture.upload(layer, width, height, {.layer = current});
     std::ranges::fill(layer, std::byte{0});
   };
-  const std::vector<size_t> first = firstTiles(sets, shape);
-  for (size_t s = 0; s < sets.size(); ++s)
-    for (size_t tile = first[s]; tile < first[s + 1]; ++tile) {
-      const Tiling::Place place = tiling.placeOf(tile);
-      if (place.layer != current) upload(), current = place.layer;
-      const TileRows rows = rowsOf(*sets[s], shape, tile - first[s]);
-      const auto column = static_cast<size_t>(place.x / tiling.tile.width);
-      const auto row = static_cast<size_t>(place.y / tiling.tile.height) * rows.rows;
-      const size_t stride = static_cast<size_t>(tiling.columns) * rows.rowBytes;
-      for (size_t y = 0; y < rows.rows; ++y)
-        std::ranges::copy(std::as_bytes(std::span(rows.bytes)).subspan(y * rows.rowBytes, rows.rowBytes),
-                          &layer[(row + y) * stride + column * rows.rowBytes]);
-    }
+  for (const Group& group : groups)
+    for (size_t s = 0; s < group.sets.size(); ++s)
+      for (size_t tile = group.firstTile[s]; tile < group.firstTile[s + 1]; ++tile) {
+        const Tiling::Place place = group.placeOf(tile);
+        if (place.layer != current) upload(), current = place.layer;
+        const TileShape& tileShape = group.tiling.tile;
+        const TileRows rows = rowsOf(*group.sets[s], group.shape, tile - group.firstTile[s]);
+        const auto column = static_cast<size_t>(place.x / tileShape.width);
+        const auto row = static_cast<size_t>(place.y / tileShape.height) * rows.rows;
+        const size_t stride =
+            rows.rowBytes * static_cast<size_t>(width) / static_cast<size_t>(tileShape.width);
+        for (size_t y = 0; y < rows.rows; ++y)
+          std::ranges::copy(std::as_bytes(std::span(rows.bytes)).subspan(y * rows.rowBytes, rows.rowBytes),
+                            &layer[(row + y) * stride + column * rows.rowBytes]);
+      }
   upload();
   return texture;
 }
 
-Sets surfaceSets(const LightFieldMaps& maps) {
-  Sets sets;
+Groups surfaceGroups(const LightFieldMaps& maps, const gl::Limits& limits) {
+  std::vector<const MapSet*> sets;
   for (const Term& term : maps.terms) sets.push_back(&term.surface.maps);
-  return sets;
+  return tiled({Group(surfaceShape(maps), std::move(sets))}, limits);
 }
 
-Sets viewSets(const LightFieldMaps& maps) {
-  Sets sets;
-  for (const Term& term : maps.terms) sets.push_back(&term.view.maps);
-  return sets;
+// View maps of all terms, or of the first and of the others if these have another size.
+Groups viewGroups(const LightFieldMaps& maps, const gl::Limits& limits) {
+  Groups groups;
+  for (size_t k = 0; k < maps.terms.size(); ++k) {
+    const MapSet* const set = &maps.terms[k].view.maps;
+    const MapShape shape = viewShape(maps, k);
+    if (groups.empty() || groups.back().shape.size != shape.size)
+      groups.emplace_back(shape, std::vector{set});
+    else
+      groups.back().sets.push_back(set);
+  }
+  if (groups.empty()) groups.emplace_back(viewShape(maps, 0), std::vector<const MapSet*>());
+  return tiled(std::move(groups), limits);
+}
+
+Groups meanGroups(const LightFieldMaps& maps, const gl::Limits& limits) {
+  return tiled({Group(meanShape(maps), {&maps.mean.maps})}, limits);
 }
 
 using PlaceTexel = std::array<float, 4>;
 
-// Texel of MapTextures::places() for a map; the code, or scale, is 0 where there is none.
-PlaceTexel placeTexel(const Tiling& tiling, const MapShape& shape, size_t firstTile, uint32_t map) {
+// Texel of MapTextures::places() for a map of a set; the code, or scale, is 0 where there is none.
+PlaceTexel placeTexel(const Group& group, size_t set, uint32_t map) {
   if (map == kNoMap) return {0, 0, 0, 0};
-  const TilePlace within = placeOf(shape, map);
-  const Tiling::Place place = tiling.placeOf(firstTile + within.tile);
+  const TilePlace within = placeOf(group.shape, map);
+  const Tiling::Place place = group.placeOf(group.firstTile[set] + within.tile);
   return {static_cast<float>(place.x + within.x), static_cast<float>(place.y + within.y),
           static_cast<float>(place.layer), static_cast<float>(within.step * (1 + within.channel))};
 }
 
 gl::Texture placesOf(const LightFieldMaps& maps, const gl::Limits& limits) {
-  const Sets surfaces = surfaceSets(maps), views = viewSets(maps);
-  const MapShape surface = surfaceShape(maps), view = viewShape(maps), mean = meanShape(maps);
-  const Tiling surfaceTiling = tilingOf(surfaces, surface, limits),
-               viewTiling = tilingOf(views, view, limits),
-               meanTiling = tilingOf({&maps.mean.maps}, mean, limits);
-  const std::vector<size_t> firstSurface = firstTiles(surfaces, surface), firstView = firstTiles(views, view);
+  const Groups surfaces = surfaceGroups(maps, limits), views = viewGroups(maps, limits),
+               means = meanGroups(maps, limits);
+  const auto viewTexel = [&](size_t term,
+                             uint32_t map) { // of one group, or of the first term's and the others'
+    return views.size() == 1 || term == 0 ? placeTexel(views.front(), term, map)
+                                          : placeTexel(views.back(), term - 1, map);
+  };
   const bool isPacked = maps.layout == SurfaceLayout::packed;
   std::vector<PlaceTexel> texels;
   for (size_t t = 0; t < maps.mesh.triangles.size(); ++t) {
-    texels.push_back(placeTexel(meanTiling, mean, 0, maps.mean.mapOf.empty() ? kNoMap : maps.mean.mapOf[t]));
+    texels.push_back(placeTexel(means[0], 0, maps.mean.mapOf.empty() ? kNoMap : maps.mean.mapOf[t]));
     for (size_t k = 0; k < maps.terms.size(); ++k) {
       const Term& term = maps.terms[k];
       for (size_t i = 0; i < (isPacked ? 1 : 3); ++i)
-        texels.push_back(placeTexel(surfaceTiling, surface, firstSurface[k],
-                                    term.surface.mapOf[isPacked ? t : 3 * t + i]));
+        texels.push_back(placeTexel(surfaces[0], k, term.surface.mapOf[isPacked ? t : 3 * t + i]));
       for (const uint32_t vertex : maps.mesh.triangles[t]) {
-        texels.push_back(placeTexel(viewTiling, view, firstView[k], term.view.mapOf[vertex]));
+        texels.push_back(viewTexel(k, term.view.mapOf[vertex]));
         texels.back()[3] *= term.scale[vertex];
       }
     }
@@ -216,9 +255,9 @@ MapTextures::MapTextures(const LightFieldMaps& maps, const gl::Limits& limits)
 
 MapTextures::MapTextures(const LightFieldMaps& maps, const EdgeCorrections& edges, const gl::Limits& limits)
     : hasSurfaceEdges_(!edges.surface.empty()), hasMeanEdges_(!edges.mean.empty()),
-      surface_(textureOf(surfaceSets(maps), surfaceShape(maps), maps.method == Factorization::pca, limits)),
-      view_(textureOf(viewSets(maps), viewShape(maps), maps.method == Factorization::pca, limits)),
-      mean_(textureOf({&maps.mean.maps}, meanShape(maps), false, limits)), places_(placesOf(maps, limits)),
+      surface_(textureOf(surfaceGroups(maps, limits), maps.method == Factorization::pca)),
+      view_(textureOf(viewGroups(maps, limits), maps.method == Factorization::pca)),
+      mean_(textureOf(meanGroups(maps, limits), false)), places_(placesOf(maps, limits)),
       surfaceEdges_(edgesTexture(edges.surface, gl::Format::rg8s)),
       meanEdges_(edgesTexture(edges.mean, gl::Format::rgba8s)) {}
 
@@ -272,7 +311,7 @@ MapDrawing::MapDrawing(const LightFieldMaps& maps, const gl::Limits& limits)
     : middle_(middleOfMesh(maps.mesh)), boxCentred_(boundsOf(maps.mesh.positions).translated(-middle_)),
       isSigned_(maps.method == Factorization::pca), hasMean_(maps.mean.maps.count > 0),
       isPacked_(maps.layout == SurfaceLayout::packed), terms_(maps.terms.size()), samples_(maps.samples),
-      viewSize_(maps.viewSize), meanWhite_(maps.meanWhite),
+      viewSize_(maps.viewSize), higherViewSize_(maps.higherViewSize), meanWhite_(maps.meanWhite),
       surfaceCoding_(terms_ ? maps.terms[0].surface.maps.coding : Coding::bytes),
       viewCoding_(terms_ ? maps.terms[0].view.maps.coding : Coding::bytes), textures_(maps, limits),
       mesh_(vertexArrayOf(maps, middle_)) {}
@@ -308,6 +347,7 @@ void MapDrawing::setViewer(gl::Program& program, const capture::Camera<Acquisiti
 void MapDrawing::setMaps(gl::Program& program) const {
   program.set("samples", samples_);
   program.set("viewSize", static_cast<float>(viewSize_));
+  program.set("higherViewSize", static_cast<float>(higherViewSize_));
   program.set("isPacked", isPacked_ ? 1 : 0);
   program.set("surfaceValue", valueOf(surfaceCoding_, isSigned_));
   program.set("viewValue", valueOf(viewCoding_, isSigned_));

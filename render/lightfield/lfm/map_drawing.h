@@ -23,7 +23,8 @@ namespace surflect::lfm {
 // Collections of tiles: layers of an array texture, each with columns x rows tiles.
 //
 // [Chen 2002, §5.3] tiles light field maps of one size together, and draws triangle after triangle
-// without a change of textures. Array textures hold all collections of one size, of all terms.
+// without a change of textures. Array textures hold all collections, of all terms: layers of one size of
+// tiles, then those of the next.
 struct Tiling {
   TileShape tile;
   int columns = 1, rows = 1, layers = 1;
@@ -120,7 +121,7 @@ private:
   Eigen::AlignedBox3d boxCentred_;
   bool isSigned_, hasMean_, isPacked_;
   size_t terms_;
-  int samples_, viewSize_;
+  int samples_, viewSize_, higherViewSize_;
   float meanWhite_;
   Coding surfaceCoding_, viewCoding_;
   MapTextures textures_;

@@ -1,7 +1,9 @@
 #include "render/lightfield/lfm/map_shape.h"
 
 #include "render/lightfield/common/sight.h"
+#include "render/lightfield/lfm/quantization.h"
 #include "render/lightfield/lfm/rings.h"
+#include "surfel/base/error.h"
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/simplify.h"
 
@@ -10,6 +12,8 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace surflect::lfm {
@@ -51,11 +55,11 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Fac
   maps.frames = std::move(frames);
   maps.method = method;
   maps.samples = samples;
-  maps.viewSize = viewSize;
+  maps.viewSize = maps.higherViewSize = viewSize;
   maps.channels = channels;
   const size_t vertices = maps.mesh.positions.size(), triangles = maps.mesh.triangles.size();
   for (size_t k = 0; k < terms; ++k)
-    maps.terms.push_back({emptyTable(triangles, surfaceShape(maps)), emptyTable(vertices, viewShape(maps)),
+    maps.terms.push_back({emptyTable(triangles, surfaceShape(maps)), emptyTable(vertices, viewShape(maps, k)),
                           std::vector<float>(vertices, 0)});
   maps.mean = emptyTable(method == Factorization::pca ? triangles : 0, meanShape(maps));
   return maps;
@@ -65,14 +69,61 @@ LightFieldMaps withoutZeros(LightFieldMaps maps) {
   assert(maps.layout == SurfaceLayout::packed);
   const auto isZero = [](float scale) { return scale == 0; };
   while (!maps.terms.empty() && std::ranges::all_of(maps.terms.back().scale, isZero)) maps.terms.pop_back();
-  for (Term& term : maps.terms) {
+  for (size_t k = 0; k < maps.terms.size(); ++k) {
+    Term& term = maps.terms[k];
     if (std::ranges::none_of(term.scale, isZero)) continue;
-    term.view =
-        withUsers(term.view, viewShape(maps), [&](uint32_t vertex) { return !isZero(term.scale[vertex]); });
+    term.view = withUsers(term.view, viewShape(maps, k),
+                          [&](uint32_t vertex) { return !isZero(term.scale[vertex]); });
     term.surface = withUsers(term.surface, surfaceShape(maps), [&](uint32_t triangle) {
       return std::ranges::any_of(maps.mesh.triangles[triangle],
                                  [&](uint32_t vertex) { return !isZero(term.scale[vertex]); });
     });
+  }
+  return maps;
+}
+
+namespace {
+
+// Share of each of `from` equal parts of an interval in each of `to` larger ones: [to][from].
+std::vector<std::vector<double>> coverage(int from, int to) {
+  std::vector<std::vector<double>> shares;
+  for (int i = 0; i < to; ++i) {
+    auto& row = shares.emplace_back();
+    for (int x = 0; x < from; ++x) // in units of 1 / (from to)
+      row.push_back(std::max(0, std::min((i + 1) * from, (x + 1) * to) - std::max(i * from, x * to)) /
+                    static_cast<double>(from));
+  }
+  return shares;
+}
+
+} // namespace
+
+LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size) {
+  if (size > maps.higherViewSize)
+    throw Error::mismatch("at most " + std::to_string(maps.higherViewSize), std::to_string(size))
+        .at("cells of higher view maps");
+  const MapShape from = viewShape(maps, 1);
+  maps.higherViewSize = size;
+  const MapShape to = viewShape(maps, 1);
+  const auto shares = coverage(from.size, to.size);
+  for (size_t k = 1; k < maps.terms.size(); ++k) {
+    MapSet& set = maps.terms[k].view.maps;
+    assert(set.coding == Coding::bytes);
+    MapSet smaller{Coding::bytes, set.count, {}};
+    for (size_t map = 0; map < set.count; ++map)
+      for (size_t i = 0; i < to.bytes(); ++i) {
+        const size_t channel = i % to.channels, cell = i / to.channels, side = static_cast<size_t>(to.size);
+        double sum = 0;
+        for (size_t y = 0; y < shares[0].size(); ++y)
+          for (size_t x = 0; x < shares[0].size(); ++x)
+            if (const double share = shares[cell / side][y] * shares[cell % side][x]; share > 0)
+              sum += share *
+                     valueOf(
+                         maps.method,
+                         set.data[map * from.bytes() + from.channels * (y * shares[0].size() + x) + channel]);
+        smaller.data.push_back(byteOf(maps.method, static_cast<float>(sum)));
+      }
+    set = std::move(smaller);
   }
   return maps;
 }

@@ -59,8 +59,12 @@ struct MapShape {
 inline MapShape surfaceShape(const LightFieldMaps& maps) {
   return {MapShape::Kind::patch, maps.samples, maps.layout == SurfaceLayout::packed ? size_t{3} : size_t{1}};
 }
-inline MapShape viewShape(const LightFieldMaps& maps) {
-  return {MapShape::Kind::view, maps.viewSize, maps.channels};
+// Cells along a side of a view map of a term.
+inline int viewSizeOf(const LightFieldMaps& maps, size_t term) {
+  return term == 0 ? maps.viewSize : maps.higherViewSize;
+}
+inline MapShape viewShape(const LightFieldMaps& maps, size_t term) {
+  return {MapShape::Kind::view, viewSizeOf(maps, term), maps.channels};
 }
 inline MapShape meanShape(const LightFieldMaps& maps) {
   return {MapShape::Kind::patch, maps.samples, maps.channels};
@@ -83,6 +87,10 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Fac
 // Removes maps of vertices whose scale is 0, and last terms whose scales are all 0; radiance does not change.
 // Maps are packed and of coding `bytes`.
 LightFieldMaps withoutZeros(LightFieldMaps maps);
+
+// Maps of coding `bytes` whose view maps have `size` cells along a side from the second term on. A cell is
+// the mean of the cells that it covers. Throws Error if that is more than they have.
+LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size);
 
 // Table of the scalar layout for one that is packed: each corner has a map of its own, turned so that the
 // corner comes first. Equal surfaces then have equal maps, whichever corner the triangle starts at.

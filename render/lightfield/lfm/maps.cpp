@@ -45,7 +45,8 @@ void requireNumber(double number, double lowest, const std::string& field) {
     throw Error::mismatch("a number from " + numberText(lowest), numberText(number)).at(field);
 }
 
-void requireTerm(const LightFieldMaps& maps, const Term& term) {
+void requireTerm(const LightFieldMaps& maps, size_t number) {
+  const Term& term = maps.terms[number];
   const size_t triangles = maps.mesh.triangles.size(), vertices = maps.mesh.positions.size();
   const bool isPacked = maps.layout == SurfaceLayout::packed;
   try {
@@ -54,7 +55,7 @@ void requireTerm(const LightFieldMaps& maps, const Term& term) {
     throw std::move(error).at("surface");
   }
   try {
-    requireTable(term.view, vertices, viewShape(maps));
+    requireTable(term.view, vertices, viewShape(maps, number));
   } catch (Error& error) {
     throw std::move(error).at("view");
   }
@@ -94,10 +95,11 @@ void requireComplete(const LightFieldMaps& maps) {
   require(maps.frames.size(), maps.mesh.positions.size(), "frames");
   requireWithin(static_cast<size_t>(maps.samples), 2, PatchGrid::kMostPerEdge, "samples");
   requireWithin(static_cast<size_t>(maps.viewSize), kLeastViewSize, kLargestViewSize, "viewSize");
+  requireWithin(static_cast<size_t>(maps.higherViewSize), kLeastViewSize, kLargestViewSize, "higherViewSize");
   requireWithin(maps.channels, 3, 4, "channels");
   requireWithin(maps.terms.size(), 0, kMostTerms, "terms");
   for (size_t k = 0; k < maps.terms.size(); ++k) try {
-      requireTerm(maps, maps.terms[k]);
+      requireTerm(maps, k);
     } catch (Error& error) {
       throw std::move(error).at("terms[" + text(k) + ']');
     }

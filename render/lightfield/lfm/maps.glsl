@@ -10,7 +10,7 @@ layout(binding = 5) uniform sampler2DArray meanEdges;
 const int kPlacesWidth = 2048;
 const float kFadeSteps = 3.0; // see edge_corrections.h
 uniform int samples;           // along an edge of a triangle
-uniform float viewSize;        // cells along a side of a view map
+uniform float viewSize, higherViewSize; // cells along a side of a view map of the first term; of others
 uniform bool isPacked;         // one surface map for all three corners
 uniform vec2 surfaceValue, viewValue; // value = max(x texel + y, -1)
 uniform float meanWhite;
@@ -119,10 +119,10 @@ struct ViewBlend {
 };
 
 // Cells around a direction in the frame of a vertex; constant beyond the outermost centres. [Eq. 7]
-ViewBlend viewBlend(vec3 d) {
+ViewBlend viewBlend(vec3 d, float size) {
   vec2 xy = d.xy / max(d.z < 0.0 ? length(d.xy) : length(d), 1e-30);
-  vec2 place = clamp((xy + 1.0) * (0.5 * viewSize) - 0.5, 0.0, viewSize - 1.0);
-  ivec2 low = min(ivec2(place), int(viewSize) - 2);
+  vec2 place = clamp((xy + 1.0) * (0.5 * size) - 0.5, 0.0, size - 1.0);
+  ivec2 low = min(ivec2(place), int(size) - 2);
   return ViewBlend(low, place - vec2(low));
 }
 
@@ -138,7 +138,7 @@ vec4 viewAt(vec4 place, ViewBlend blend) {
 
 vec4 rootSum() {
   PatchBlend blend = blendAt(barycentrics);
-  ViewBlend views[3] = {viewBlend(towards[0]), viewBlend(towards[1]), viewBlend(towards[2])};
+  ViewBlend views[3];
   int texelsOfTerm = isPacked ? 4 : 6;
   int first = triangle * (1 + termCount * texelsOfTerm);
   vec4 sum = vec4(0.0);
@@ -147,6 +147,9 @@ vec4 rootSum() {
     sum = meanWhite * (patchAt(meanMaps, placeAt(first), blend, vec2(1.0, 0.0)) + meanCorrection(inside));
   }
   for (int k = firstTerm; k < endTerm; ++k) {
+    if (k < 2 || k == firstTerm)
+      for (int corner = 0; corner < 3; ++corner)
+        views[corner] = viewBlend(towards[corner], k == 0 ? viewSize : higherViewSize);
     int n = first + 1 + k * texelsOfTerm;
     vec3 surface;
     if (isPacked) {

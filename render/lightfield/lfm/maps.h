@@ -76,8 +76,10 @@ struct LightFieldMaps {
   // PCA: bytes are int8_t, value max(byte / 127, -1). NMF: value byte / 255; there is no mean.
   Factorization method = Factorization::pca;
   SurfaceLayout layout = SurfaceLayout::packed;
-  int samples = 24;    // along a triangle's edge
-  int viewSize = 32;   // cells of a view map along each side
+  int samples = 24;  // along a triangle's edge
+  int viewSize = 32; // cells of a view map of the first term along each side
+  // Those of further terms, which change less with the direction  [Chen 2002, §4]
+  int higherViewSize = 32;
   size_t channels = 3; // of view maps and means: 3 or 4
   std::vector<Term> terms;
   MapTable mean;       // users: triangles; channels of each sample: meanWhite byte / 255. None for NMF

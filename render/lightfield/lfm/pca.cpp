@@ -69,6 +69,21 @@ WeightedSums::WeightedSums(ArrangedMatrix matrix)
   if (matrix.weights) weights_ = std::move(*matrix.weights);
 }
 
+PaddedRows<float> WeightedSums::weightedRest(const PlainFactors& factors) const {
+  PaddedRows<float> rest = copied(values_);
+  const bool hasTerms = factors.terms() > 0;
+  const PaddedRows<float> terms =
+      hasTerms ? product(factors.surface, transposed(factors.view)) : PaddedRows<float>(0, 0);
+  for (size_t row = 0; row < rows(); ++row)
+    for (size_t c = 0; c < planes_; ++c)
+      for (size_t n = 0; n < cells_; ++n) {
+        const size_t place = c * stride_ + n;
+        const float fitted = factors.mean[row * planes_ + c] + (hasTerms ? terms.row(row)[place] : 0);
+        rest.row(row)[place] -= (weights_.rows() ? weights_.row(row)[n] : 1) * fitted;
+      }
+  return rest;
+}
+
 PaddedRows<float> WeightedSums::alongView(const PaddedRows<float>& view) const {
   return product(values_, view);
 }
@@ -278,22 +293,63 @@ PaddedRows<float> transformed(const PaddedRows<float>& columns, const MatrixXd& 
   return product(columns, matrix);
 }
 
+// Weights of truncations 0..#terms, which are the mean and the first terms. The sum of their weighted squared
+// errors
+//
+//   sum_k w_k sum |a - m - sum_{l <= k} u_l v_l|^2
+//
+// has the product u_l u_m of two terms with the weights of all truncations that hold both, W(max(l, m)),
+// where W(l) = sum_{k >= l} w_k.
+class Truncations {
+public:
+  // Weights 1 / error: the sum falls where the product of all errors does, so that each counts by its share.
+  explicit Truncations(const std::vector<double>& errors) : rest_(static_cast<Eigen::Index>(errors.size())) {
+    double rest = 0;
+    for (size_t k = errors.size(); k-- > 0;)
+      rest_[static_cast<Eigen::Index>(k)] = rest += errors.back() / errors[k];
+  }
+
+  double ofMean() const { return rest_[0]; }                    // W(0)
+  auto ofTerms() const { return rest_.tail(rest_.size() - 1); } // W(1), W(2), ...
+  // W(max(l, m))
+  MatrixXd ofPairs() const {
+    const Eigen::Index count = rest_.size() - 1;
+    return MatrixXd::NullaryExpr(count, count,
+                                 [&](Eigen::Index l, Eigen::Index m) { return rest_[std::max(l, m) + 1]; });
+  }
+
+private:
+  VectorXd rest_; // W(0), W(1), ...
+};
+
+// Columns of two matrices, side by side.
+PaddedRows<float> beside(const PaddedRows<float>& left, const PaddedRows<float>& right) {
+  PaddedRows<float> matrix(left.rows(), left.columns() + right.columns());
+  for (size_t i = 0; i < matrix.rows(); ++i)
+    std::copy_n(right.row(i), right.columns(), std::copy_n(left.row(i), left.columns(), matrix.row(i)));
+  return matrix;
+}
+
 class Fit {
 public:
-  // The mean of the matrix has been taken out.
-  Fit(ArrangedMatrix matrix, size_t terms, double negligible);
+  // The mean of the matrix has been taken out. There are no terms yet.
+  Fit(ArrangedMatrix matrix, double negligible);
+
+  // Adds the leading term of what is left, times its weights. Returns whether that is more than rounding
+  // error.
+  bool addTerm();
 
   size_t terms() const { return factors_.terms(); }
-  double squaredError() const { return squaredError_; } // weighted; after fitRows()
+  double squaredError() const { return errors_.back(); } // weighted; after fitRows()
+  // Weighted squared errors of the mean and the first 0, 1, ... terms.
+  const std::vector<double>& errors() const { return errors_; }
 
   // Fits U and the mean of each row to V.
-  void fitRows();
+  void fitRows(const Truncations& truncations);
   // Fits V to U and the mean.
-  void fitCells();
-  // Makes columns of V orthonormal and those of U orthogonal, the longest first, and moves the mean of V over
-  // cells to the mean of the rows. The product stays, u (v - m)' + u m' = u v', since all rows share m. Rows
-  // and cells count by their mean weights.
-  void orthogonalise();
+  void fitCells(const Truncations& truncations);
+  // Makes columns of V of unit length. All products stay.
+  void normalise();
 
   PlainFactors factors() && { return std::move(factors_); }
 
@@ -303,114 +359,122 @@ private:
     return priorOfCell() * static_cast<double>(sums_.rows()) / (lengths_[k] * static_cast<double>(numbers()));
   }
   double priorOfCell() const {
-    return kPriorShare * std::max(squaredError_, negligible_) / entries_ * static_cast<double>(numbers());
+    return kPriorShare * squaredError() / entries_ * static_cast<double>(numbers());
   }
   size_t numbers() const { return sums_.planes() * sums_.cells(); } // of a column of V
+  void setErrors(std::vector<double> errors) {
+    errors_ = std::move(errors);
+    for (double& error : errors_) error = std::max(error, negligible_);
+  }
 
   PlainFactors factors_;
   std::vector<double> lengths_; // squared, of the columns of U
-  double squaredError_ = 0, entries_ = 0;
+  std::vector<double> errors_;
+  double entries_ = 0;
   double negligible_; // sum of squares that is rounding error
   WeightedSums sums_;
   std::vector<double> rowShares_, cellShares_; // weights of rows and cells; their means are 1
 };
 
-Fit::Fit(ArrangedMatrix matrix, size_t terms, double negligible)
+Fit::Fit(ArrangedMatrix matrix, double negligible)
     : negligible_(negligible), sums_(std::move(matrix)), rowShares_(shares(sums_.rowWeights())),
       cellShares_(shares(sums_.cellWeights())) {
-  factors_ = leadingTerms(sums_.weightedValues(), terms, negligible_);
+  factors_.surface = PaddedRows<float>(sums_.rows(), 0);
+  factors_.view = PaddedRows<float>(sums_.planes() * sums_.stride(), 0);
   factors_.mean.assign(sums_.planes() * sums_.rows(), 0);
   for (const double weights : sums_.rowWeights()) entries_ += weights * static_cast<double>(sums_.planes());
-  const MatrixXd gram = gramOf(factors_.surface, std::vector<double>(sums_.rows(), 1));
-  for (size_t k = 0; k < factors_.terms(); ++k) lengths_.push_back(gram(k, k));
-  squaredError_ = std::max(0.0, sums_.squares() - gram.trace());
+  setErrors({sums_.squares()});
 }
 
-void Fit::fitRows() {
+bool Fit::addTerm() {
+  const PlainFactors term = leadingTerms(sums_.weightedRest(factors_), 1, negligible_);
+  if (term.terms() == 0) return false;
+  const double length = gramOf(term.surface, std::vector<double>(sums_.rows(), 1))(0, 0);
+  factors_.surface = beside(factors_.surface, term.surface);
+  factors_.view = beside(factors_.view, term.view);
+  lengths_.push_back(length);
+  errors_.push_back(std::max(errors_.back() - length, negligible_));
+  return true;
+}
+
+void Fit::fitRows(const Truncations& truncations) {
   const size_t count = terms();
   const PaddedRows<float> along = sums_.alongView(factors_.view);
   const PaddedRows<float> pairs = sums_.viewPairs(factors_.view, true);
+  const VectorXd ofTerms = truncations.ofTerms();
+  const MatrixXd ofPairs = truncations.ofPairs();
   VectorXd priors(count);
   for (size_t k = 0; k < count; ++k) priors[k] = priorOfSurface(k);
-  double squares = sums_.squares();
+  std::vector<double> errors(count + 1, sums_.squares());
   for (size_t row = 0; row < sums_.rows(); ++row) {
     const MatrixXd gram = unpacked(pairs.row(row), count);
     const VectorXd right = vectorAt(along.row(row), count);
     const double weight = sums_.rowWeights()[row];
-    // The mean m_c of plane c is weight m_c = b_c - p_c u, which leaves equations for u alone.
-    MatrixXd reduced = gram;
-    VectorXd reducedRight = right;
+    // The mean m_c of plane c is W(0) weight m_c = W(0) b_c - (W p_c) u, which leaves equations for u alone.
+    MatrixXd reduced = gram.cwiseProduct(ofPairs);
+    VectorXd reducedRight = right.cwiseProduct(ofTerms);
     const auto sumOfView = [&](size_t c) {
       return vectorAt(pairs.row(row) + pairsOf(count) + c * count, count);
     };
     const double* const b = sums_.rowSums().data() + row * sums_.planes();
     for (size_t c = 0; c < sums_.planes(); ++c) {
-      const VectorXd p = sumOfView(c);
-      reduced.noalias() -= p * p.transpose() / weight;
+      const VectorXd p = sumOfView(c).cwiseProduct(ofTerms);
+      reduced.noalias() -= p * p.transpose() / (truncations.ofMean() * weight);
       reducedRight -= p * (b[c] / weight);
     }
-    reduced.diagonal() += priors;
-    reduced.diagonal().array() += kRidge * gram.trace();
+    reduced.diagonal() += (priors.array() + kRidge * gram.trace()).matrix().cwiseProduct(ofTerms);
     const VectorXd u = reduced.ldlt().solve(reducedRight);
     store(u, factors_.surface.row(row));
 
-    squares += u.dot(gram * u) - 2 * u.dot(right);
+    double squares = 0; // that the first terms add to the error of none, without a mean
+    VectorXd alongMean(sums_.planes()), means(sums_.planes());
     for (size_t c = 0; c < sums_.planes(); ++c) {
-      const double along_c = sumOfView(c).dot(u), mean = (b[c] - along_c) / weight;
-      factors_.mean[row * sums_.planes() + c] = static_cast<float>(mean);
-      squares += mean * (2 * along_c - 2 * b[c] + weight * mean);
+      means[c] = (b[c] - sumOfView(c).cwiseProduct(ofTerms).dot(u) / truncations.ofMean()) / weight;
+      factors_.mean[row * sums_.planes() + c] = static_cast<float>(means[c]);
+      squares += means[c] * (weight * means[c] - 2 * b[c]);
+    }
+    errors[0] += squares;
+    for (size_t k = 0; k < count; ++k) {
+      const auto before = static_cast<Eigen::Index>(k);
+      squares += u[k] * (gram(k, k) * u[k] + 2 * gram.col(k).head(before).dot(u.head(before)) - 2 * right[k]);
+      for (size_t c = 0; c < sums_.planes(); ++c) squares += 2 * means[c] * sumOfView(c)[k] * u[k];
+      errors[k + 1] += squares;
     }
   }
-  squaredError_ = std::max(0.0, squares);
+  setErrors(std::move(errors));
 }
 
-void Fit::fitCells() {
+void Fit::fitCells(const Truncations& truncations) {
   const size_t count = terms();
   const PaddedRows<float> along = sums_.alongSurface(factors_.surface);
   const PaddedRows<float> pairs = sums_.surfacePairs(factors_.surface, factors_.mean);
+  const VectorXd ofTerms = truncations.ofTerms();
+  const MatrixXd ofPairs = truncations.ofPairs();
   for (size_t n = 0; n < sums_.cells(); ++n) {
     MatrixXd gram = unpacked(pairs.row(n), count);
-    gram.diagonal().array() += priorOfCell() + kRidge * gram.trace();
+    const double prior = priorOfCell() + kRidge * gram.trace();
+    gram = gram.cwiseProduct(ofPairs);
+    gram.diagonal() += prior * ofTerms;
     const Eigen::LDLT<MatrixXd> solver(gram);
     for (size_t c = 0; c < sums_.planes(); ++c) {
       const size_t place = c * sums_.stride() + n;
       const VectorXd right =
           vectorAt(along.row(place), count) - vectorAt(pairs.row(n) + pairsOf(count) + c * count, count);
-      store(solver.solve(right), factors_.view.row(place));
+      store(solver.solve(right.cwiseProduct(ofTerms)), factors_.view.row(place));
     }
   }
 }
 
-void Fit::orthogonalise() {
-  const size_t count = terms();
-  for (size_t c = 0; c < sums_.planes(); ++c) {
-    VectorXd mean = VectorXd::Zero(count);
-    for (size_t n = 0; n < sums_.cells(); ++n)
-      mean += cellShares_[n] * vectorAt(factors_.view.row(c * sums_.stride() + n), count);
-    mean /= static_cast<double>(sums_.cells());
-    for (size_t n = 0; n < sums_.cells(); ++n)
-      for (size_t k = 0; k < count; ++k)
-        factors_.view.row(c * sums_.stride() + n)[k] -= static_cast<float>(mean[k]);
-    for (size_t row = 0; row < sums_.rows(); ++row)
-      factors_.mean[row * sums_.planes() + c] +=
-          static_cast<float>(vectorAt(factors_.surface.row(row), count).dot(mean));
-  }
-  // V = W S, where W is orthonormal; U S' = Q L R' gives U V' = (Q L) (W R)'.
-  MatrixXd viewGram = MatrixXd::Zero(count, count);
+void Fit::normalise() {
+  VectorXd squares = VectorXd::Zero(static_cast<Eigen::Index>(terms())), ofSurface = squares;
   for (size_t c = 0; c < sums_.planes(); ++c)
-    viewGram += gramOf(factors_.view, cellShares_, c * sums_.stride());
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofView(viewGram);
-  const VectorXd roots = ofView.eigenvalues().cwiseMax(0).cwiseSqrt();
-  const VectorXd inverse = roots.unaryExpr(
-      [&](double root) { return root > 1e-6 * roots.maxCoeff() && root > 0 ? 1 / root : 0.0; });
-  const MatrixXd spread = ofView.eigenvectors() * roots.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> ofProduct(spread.transpose() *
-                                                          gramOf(factors_.surface, rowShares_) * spread);
-  const MatrixXd turn = ofProduct.eigenvectors().rowwise().reverse();
-  factors_.surface = transformed(factors_.surface, spread * turn);
-  factors_.view = transformed(factors_.view, ofView.eigenvectors() * inverse.asDiagonal() * turn);
-  for (size_t k = 0; k < count; ++k)
-    lengths_[k] = std::max(ofProduct.eigenvalues()[count - 1 - k], negligible_);
+    squares += gramOf(factors_.view, cellShares_, c * sums_.stride()).diagonal();
+  ofSurface = gramOf(factors_.surface, rowShares_).diagonal();
+  const VectorXd lengths = squares.cwiseSqrt().cwiseMax(1e-30);
+  factors_.view = transformed(factors_.view, lengths.cwiseInverse().asDiagonal());
+  factors_.surface = transformed(factors_.surface, lengths.asDiagonal());
+  for (Eigen::Index k = 0; k < lengths.size(); ++k)
+    lengths_[static_cast<size_t>(k)] = std::max(squares[k] * ofSurface[k], negligible_);
 }
 
 } // namespace
@@ -418,16 +482,24 @@ void Fit::orthogonalise() {
 PlainFactors weightedComponents(ArrangedMatrix matrix, const FitOptions& options, const Progress& progress) {
   const double negligible = roundingOf(matrix);
   const std::vector<float> mean = takeMean(matrix);
-  Fit fit(std::move(matrix), options.terms, negligible);
-  double before = std::numeric_limits<double>::infinity();
-  for (size_t iteration = 0; fit.terms() > 0; ++iteration) {
-    progress.checkpoint();
-    fit.fitRows();
-    const double rms = std::sqrt(fit.squaredError());
-    fit.orthogonalise();
-    if (iteration >= options.mostIterations || before - rms < options.convergence * before) break;
-    before = rms;
-    fit.fitCells();
+  Fit fit(std::move(matrix), negligible);
+  const auto logarithm = [&] { // of the product of all RMS errors
+    double sum = 0;
+    for (const double error : fit.errors()) sum += std::log(error) / 2;
+    return sum;
+  };
+  while (fit.terms() < options.terms && fit.addTerm()) {
+    double before = std::numeric_limits<double>::infinity();
+    for (size_t iteration = 0;; ++iteration) {
+      progress.checkpoint();
+      const Truncations truncations(fit.errors());
+      fit.fitRows(truncations);
+      fit.normalise();
+      const double now = logarithm();
+      if (iteration >= options.mostIterations || before - now < options.convergence) break;
+      before = now;
+      fit.fitCells(truncations);
+    }
   }
   PlainFactors factors = std::move(fit).factors();
   for (size_t i = 0; i < mean.size(); ++i) factors.mean[i] += mean[i];

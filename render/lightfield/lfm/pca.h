@@ -32,13 +32,15 @@ public:
   size_t stride() const { return stride_; }
   size_t cells() const { return cells_; }
   double squares() const { return squares_; } // sum w a^2
-  const PaddedRows<float>& weightedValues() const { return values_; }
 
   // For each row: sum w a_c of each plane c; sum w.
   const std::vector<double>& rowSums() const { return rowSums_; }       // [rows][planes]
   const std::vector<double>& rowWeights() const { return rowWeights_; } // [rows]
   // Sum of w over rows.
   const std::vector<double>& cellWeights() const { return cellWeights_; } // [cells]
+
+  // What factors leave, times its weights: w (a - mean - U V') [rows][planes x stride].
+  PaddedRows<float> weightedRest(const PlainFactors& factors) const;
 
   // sum over cells and planes of w a v: [rows][terms]; sum over rows of w a u: [planes x stride][terms].
   PaddedRows<float> alongView(const PaddedRows<float>& view) const;
@@ -78,15 +80,15 @@ std::vector<float> takeMean(ArrangedMatrix& matrix);
 struct FitOptions {
   size_t terms = 1;
   size_t mostIterations = 1;
-  double convergence = 0; // iteration ends once the RMS error falls by less than this share in one
+  double convergence = 0; // iteration ends once RMS errors fall by less than this share in one
 };
 
-// Mean and `terms` terms with a small weighted squared error, by alternating least squares from the principal
-// components. There are none if the matrix is its mean. The matrix must have weights.
+// Mean and `terms` terms with small weighted squared errors, for the first k terms of each k. There are none
+// if the matrix is its mean. The matrix must have weights.
 //
-// In the end terms are orthogonal, the strongest first, if the weight of an entry is taken as the product of
-// the mean weights of its row and of its cell: the best order of terms for such weights. The mean is that of
-// the fitted product over all cells by these weights.
+// With such weights the best k terms are not the first k of more. Terms are added one after another: the
+// leading term of what is left, then all are fitted by alternating least squares of the errors of all k.
+// Columns of V have unit length, weighted by the mean weights of cells.
 //
 // A ridge keeps factors of rows and cells with few observations near 0: that of a normal prior with the mean
 // square that a factor has so far, weighted by kPriorShare. Factors are finite if the values are.

@@ -40,6 +40,10 @@ long nearest(float value, float least, float steps) {
 int8_t snorm8Of(float value) { return static_cast<int8_t>(nearest(value, -1, 127)); }
 uint8_t unorm8Of(float value) { return static_cast<uint8_t>(nearest(value, 0, 255)); }
 
+uint8_t byteOf(Factorization method, float value) {
+  return method == Factorization::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
+}
+
 float scaleOf(std::span<const float> map) {
   float largest = 0;
   for (const float value : map) largest = std::max(largest, std::abs(value));
@@ -61,10 +65,6 @@ std::vector<float> decoded(std::span<const uint8_t> codes, float scale) {
 }
 
 namespace {
-
-uint8_t byteOf(Factorization method, float value) {
-  return method == Factorization::pca ? static_cast<uint8_t>(snorm8Of(value)) : unorm8Of(value);
-}
 
 // Weights of a map's bytes when maps are compared: for surface maps the hat function of corner 0; 1 for
 // others.
@@ -130,7 +130,8 @@ LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOption
     throw Error("neither a ratio nor a distortion above 0").at("codebooks");
   LightFieldMaps result = maps;
   result.layout = SurfaceLayout::scalar;
-  for (Term& term : result.terms) {
+  for (size_t k = 0; k < result.terms.size(); ++k) {
+    Term& term = result.terms[k];
     if (maps.layout == SurfaceLayout::packed) term.surface = scalarTable(term.surface, maps.samples);
     std::vector<float> surfaceWeights, viewWeights;
     for (const auto& triangle : maps.mesh.triangles)
@@ -139,7 +140,7 @@ LightFieldMaps withCodebooks(const LightFieldMaps& maps, const MapCodebookOption
     for (const float scale : term.scale) viewWeights.push_back(scale * scale);
     term.surface =
         codebookTable(term.surface, surfaceShape(result), maps.method, surfaceWeights, options, progress);
-    term.view = codebookTable(term.view, viewShape(result), maps.method, viewWeights, options, progress);
+    term.view = codebookTable(term.view, viewShape(result, k), maps.method, viewWeights, options, progress);
   }
   if (options.means && !maps.mean.mapOf.empty())
     result.mean = codebookTable(maps.mean, meanShape(result), Factorization::nmf,

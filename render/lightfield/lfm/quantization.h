@@ -30,6 +30,9 @@ uint8_t unorm8Of(float value);
 constexpr uint8_t biased(int8_t code) { return static_cast<uint8_t>(code + 128); }
 constexpr int8_t unbiased(uint8_t code) { return static_cast<int8_t>(code - 128); }
 
+// Nearest byte of a value of a surface or view map; map_shape.h has the inverse.
+uint8_t byteOf(Factorization method, float value);
+
 // Largest absolute value; 0 for an empty map.
 float scaleOf(std::span<const float> map);
 

@@ -55,11 +55,12 @@ Vec3<double> surfaceValues(const LightFieldMaps& maps, size_t number, const Tria
   return hats.cwiseProduct(sum);
 }
 
-Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point) {
+Channels viewValue(const LightFieldMaps& maps, size_t number, uint32_t vertex, const DiscPoint& point) {
+  const Term& term = maps.terms[number];
   const uint32_t map = term.view.mapOf[vertex];
   if (map == kNoMap) return zeros(maps);
-  const uint8_t* values = mapOf(term.view.maps, viewShape(maps), map);
-  const int size = maps.viewSize;
+  const uint8_t* values = mapOf(term.view.maps, viewShape(maps, number), map);
+  const int size = viewSizeOf(maps, number);
   const double x = std::clamp(point.x() * size - 0.5, 0.0, size - 1.0);
   const double y = std::clamp(point.y() * size - 0.5, 0.0, size - 1.0);
   const int x0 = std::min(static_cast<int>(x), size - 2), y0 = std::min(static_cast<int>(y), size - 2);
@@ -97,7 +98,7 @@ Channels termValue(const LightFieldMaps& maps, size_t number, const TrianglePlac
   for (size_t corner = 0; corner < 3; ++corner) {
     const uint32_t vertex = maps.mesh.triangles[place.triangle][corner];
     sum += term.scale[vertex] * surface[static_cast<Eigen::Index>(corner)] *
-           viewValue(maps, term, vertex, points[corner]);
+           viewValue(maps, number, vertex, points[corner]);
   }
   return sum;
 }

@@ -32,8 +32,8 @@ struct TrianglePlace {
 // maps.h
 Vec3<double> surfaceValues(const LightFieldMaps& maps, size_t term, const TrianglePlace& place,
                            const EdgeCorrections& edges = {});
-// View map of a vertex at a point of its disc.  h of maps.h
-Channels viewValue(const LightFieldMaps& maps, const Term& term, uint32_t vertex, const DiscPoint& point);
+// View map of a term and vertex at a point of the vertex's disc.  h of maps.h
+Channels viewValue(const LightFieldMaps& maps, size_t term, uint32_t vertex, const DiscPoint& point);
 // Mean root over view directions.
 Channels meanValue(const LightFieldMaps& maps, const TrianglePlace& place, const EdgeCorrections& edges = {});
 

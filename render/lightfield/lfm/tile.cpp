@@ -146,9 +146,9 @@ namespace {
 // Calls change(maps, shape, isSigned) for all maps of a light field.
 void forMapSets(LightFieldMaps& maps, const auto& change) {
   const bool isSigned = maps.method == Factorization::pca;
-  for (Term& term : maps.terms) {
-    change(term.surface.maps, surfaceShape(maps), isSigned);
-    change(term.view.maps, viewShape(maps), isSigned);
+  for (size_t k = 0; k < maps.terms.size(); ++k) {
+    change(maps.terms[k].surface.maps, surfaceShape(maps), isSigned);
+    change(maps.terms[k].view.maps, viewShape(maps, k), isSigned);
   }
   change(maps.mean.maps, meanShape(maps), false);
 }

@@ -43,6 +43,9 @@ method::Rows<MapBuildChoice> mapBuildRows() {
        row<MapBuildChoice>("view_size", [](auto& o) -> auto& { return o.options.viewSize; },
                            {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
                             .help = "cells of a view map along each side"}),
+       row<MapBuildChoice>("higher_view_size", [](auto& o) -> auto& { return o.compression.higherViewSize; },
+                           {.domain = wholeRange(lfm::kLeastViewSize, lfm::kLargestViewSize),
+                            .help = "cells of view maps from the second term on; default: as in the first"}),
        row<MapBuildChoice>(
            "terms", [](auto& o) -> auto& { return o.options.terms; },
            {.domain = wholeRange(0, lfm::kMostTerms), .help = "products for each vertex, at most"}),
@@ -76,6 +79,7 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   if (lightfield::isFinished(input.source, kMapFormat))
     return compressModel(input, choice.compression, progress);
   MapBuildOptions options = choice.options;
+  lfm::requireViewSize(choice.compression, options.viewSize);
   options.mesh = {choice.mesh.hull, choice.mesh.triangles.value_or(0)};
   options.visible = choice.mesh.visible;
   options.samples = choice.samples.value_or(0);
@@ -224,7 +228,7 @@ const method::Method& olfmMethod() {
                                       .format = kMapFormat,
                                       .buildOptions = method::optionsOf(mapBuildRows()),
                                       .renderOptions = method::optionsOf(mapRenderRows()),
-                                      .compressOptions = {"vq", "s3tc"},
+                                      .compressOptions = {"higher_view_size", "vq", "s3tc"},
                                       .build = buildModel,
                                       .open = openMaps};
   return kMethod;

@@ -44,7 +44,7 @@ inline Eigen::Vector4d colorAt(const OpacityMaps& maps, const lfm::TrianglePlace
 // Opacity light field maps on disk: a folder of light_field_folder.h, of format "surflect opacity light field
 // maps", specified in docs/format.md.
 inline constexpr const char* kMapFormat = "surflect opacity light field maps";
-inline constexpr int kMapVersion = 1;
+inline constexpr int kMapVersion = 2;
 
 // Takes over a folder as LightFieldWriter does. The capture's training views are those that the maps were
 // made of. Throws Error and Cancelled.

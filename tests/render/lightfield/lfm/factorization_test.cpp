@@ -259,15 +259,17 @@ TEST(WeightedPca, WeightsThatVanishBesideOthersDoNotCount) {
 }
 
 // Without noise the prior vanishes, and more terms than the rank are not determined.
-TEST(WeightedPca, FirstTermsAreNearlyThoseOfAShorterFit) {
+TEST(WeightedPca, FirstTermsErrLittleMoreThanAShorterFit) {
   const GlossyMatrix matrix = withHoles(0.3);
   const auto fitted = [&](size_t terms) {
     return factorized(matrix.view(), {.terms = terms, .leastWeight = 0.02f});
   };
   const Factors many = fitted(6);
-  for (const size_t terms : {1u, 2u, 4u})
-    EXPECT_LT(errorOf(many, terms, matrix.view()).rms(),
-              1.15 * errorOf(fitted(terms), terms, matrix.view()).rms());
+  for (const size_t terms : {0u, 1u, 2u, 4u}) {
+    const double ratio =
+        errorOf(many, terms, matrix.view()).rms() / errorOf(fitted(terms), terms, matrix.view()).rms();
+    EXPECT_LT(ratio, 1.07) << terms; // 1.055 with two
+  }
 }
 
 // Weights of rows times weights of cells: most of the object is seen from few directions.

@@ -96,6 +96,8 @@ TEST(JoinedMaps, ModelsThatDoNotFitAreNamed) {
             "model[1].samples: found 7, expected 6");
   EXPECT_EQ(errorWith([](LightFieldMaps& maps) { maps = syntheticMaps(squarePatch(2), {.viewSize = 9}); }),
             "model[1].viewSize: found 9, expected 8");
+  EXPECT_EQ(errorWith([](LightFieldMaps& maps) { maps = withHigherViewSize(std::move(maps), 4); }),
+            "model[1].higherViewSize: found 4, expected 8");
   EXPECT_EQ(errorWith([](LightFieldMaps& maps) {
               maps = syntheticMaps(squarePatch(2), {.method = Factorization::nmf});
             }),

@@ -1,5 +1,6 @@
 #include "render/lightfield/lfm/lfm_file.h"
 
+#include "render/lightfield/lfm/map_shape.h"
 #include "render/lightfield/lfm/radiance.h"
 #include "render/lightfield/lfm/tile.h"
 #include "tests/render/lightfield/lfm/synthetic_maps.h"
@@ -44,13 +45,16 @@ TEST(LfmFile, ReadingReturnsWhatWasWritten) {
   nmf.layout = SurfaceLayout::scalar;
   for (const LightFieldMaps& before :
        {sample(), nmf, encoded(sample()), syntheticMaps(squarePatch(2), {.terms = 0}),
-        syntheticMaps(bumpySphere(5, 7))}) {
+        withHigherViewSize(syntheticMaps(squarePatch(2)), 5),
+        encoded(withHigherViewSize(syntheticMaps(squarePatch(2)), 5)), syntheticMaps(bumpySphere(5, 7))}) {
     const std::vector<std::byte> bytes = mapsBytes(before);
     const LightFieldMaps after = parseMaps(bytes, before.mesh);
     EXPECT_EQ(mapsBytes(after), bytes);
     EXPECT_EQ(after.method, before.method);
     EXPECT_EQ(after.samples, before.samples);
     EXPECT_EQ(after.meanWhite, before.meanWhite);
+    EXPECT_EQ(after.viewSize, before.viewSize);
+    EXPECT_EQ(after.higherViewSize, before.higherViewSize);
     ASSERT_EQ(after.terms.size(), before.terms.size());
     for (size_t k = 0; k < before.terms.size(); ++k) {
       const Term &a = after.terms[k], &b = before.terms[k];
@@ -69,8 +73,8 @@ TEST(LfmFile, ReadingReturnsWhatWasWritten) {
 
 TEST(LfmFile, BytesAreThoseOfTheFileBesideGeometry) {
   const LightFieldMaps maps = sample();
-  // Start, ten numbers, white, frames; and two numbers for each of the five tables.
-  const size_t rest = 8 + 10 * 8 + 4 + 24 * maps.mesh.positions.size() + 5 * 16;
+  // Start, eleven numbers, white, frames; and two numbers for each of the five tables.
+  const size_t rest = 8 + 11 * 8 + 4 + 24 * maps.mesh.positions.size() + 5 * 16;
   EXPECT_EQ(mapsBytes(maps).size(), rest + bytesOf(maps).total());
 }
 
@@ -109,6 +113,8 @@ TEST(LfmFile, ErrorsNameTheField) {
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.frames[2].z[1] = std::numeric_limits<double>::quiet_NaN(); }),
             "frames[2].axes[4]: found nan, expected a finite number");
   EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.samples = 257; }), "samples: found 257, expected 2..256");
+  EXPECT_EQ(errorWith([](LightFieldMaps& m) { m.higherViewSize = 1; }),
+            "higherViewSize: found 1, expected 2..256");
   std::vector<std::byte> bytes = mapsBytes(sample());
   const uint64_t vertices = 10;
   std::memcpy(&bytes[8], &vertices, sizeof vertices);

@@ -84,6 +84,34 @@ TEST(Tile, BytesAreThoseOfSamplesOrWholeBlocks) {
   EXPECT_EQ(bytesOf(opacity, Coding::bytes, 2), 2400u);
 }
 
+// Bytes of the cells of view maps from the second term on.
+std::vector<uint8_t> higherBytes(const LightFieldMaps& maps) { return maps.terms[1].view.maps.data; }
+
+TEST(HigherViewSize, OfAllCellsChangesNoByte) {
+  const LightFieldMaps maps = syntheticMaps(squarePatch(2));
+  EXPECT_EQ(higherBytes(withHigherViewSize(maps, maps.viewSize)), higherBytes(maps));
+}
+
+TEST(HigherViewSize, CellsAreMeansOfThoseThatTheyCover) {
+  LightFieldMaps maps = syntheticMaps(squarePatch(2), {.viewSize = 6, .terms = 2});
+  const LightFieldMaps halves = withHigherViewSize(maps, 3);
+  EXPECT_EQ(halves.terms[0].view.maps.data, maps.terms[0].view.maps.data);
+  ASSERT_EQ(higherBytes(halves).size(), higherBytes(maps).size() / 4);
+  const auto code = [](const LightFieldMaps& of, int size, int x, int y) {
+    return static_cast<int8_t>(higherBytes(of)[static_cast<size_t>(3 * (y * size + x))]);
+  };
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 3; ++x) {
+      double sum = 0;
+      for (int i = 0; i < 4; ++i) sum += code(maps, 6, 2 * x + i % 2, 2 * y + i / 2);
+      EXPECT_NEAR(code(halves, 3, x, y), sum / 4, 0.51);
+    }
+  // Cells of another number keep what is equal everywhere.
+  for (uint8_t& byte : maps.terms[1].view.maps.data) byte = 100;
+  for (const uint8_t byte : higherBytes(withHigherViewSize(maps, 4))) EXPECT_EQ(byte, 100);
+  EXPECT_THROW(withHigherViewSize(maps, 7), Error);
+}
+
 TEST(Tiling, PlacesAreDistinctAndInside) {
   for (const size_t tiles : {1u, 2u, 7u, 100u, 1000u, 12345u}) {
     const Tiling tiling = tilingOf({25, 24, 2}, tiles, {.side = 256, .layers = 16, .largestSide = 4096});

@@ -101,6 +101,7 @@ TEST_F(LfmFrameTest, AgreesWithTheReference) {
       {"least sizes", sphereMaps({.samples = 2, .viewSize = 2, .terms = 1})},
       {"an open patch", syntheticMaps(squarePatch(3), {.samples = 9, .viewSize = 16})},
       {"scalar maps", scalarMaps(sphereMaps())},
+      {"small view maps of higher terms", withHigherViewSize(sphereMaps(), 5)},
   };
   for (const auto& [name, maps] : models) {
     FrameRenderer renderer = rendererOf(maps);
@@ -143,7 +144,7 @@ TEST_F(LfmFrameTest, CompressedTexturesAgreeWithTheReference) {
   for (const Factorization method : {Factorization::pca, Factorization::nmf})
     for (const bool isScalar : {false, true}) {
       LightFieldMaps maps = darkened(sphereMaps({.method = method, .samples = 7}));
-      if (isScalar) maps = scalarMaps(std::move(maps));
+      maps = isScalar ? scalarMaps(std::move(maps)) : withHigherViewSize(std::move(maps), 5);
       maps = encoded(std::move(maps));
       FrameRenderer renderer = rendererOf(maps);
       const Reference reference(maps);
