@@ -2,6 +2,7 @@
 
 #include "srf/shading/taps.h"
 #include "srf/weights/camera_weights.h"
+#include "srf/weights/environment_tables.h"
 #include "srf/weights/light_weights.h"
 #include "srf/weights/pair_weights.h"
 #include "surfel/base/error.h"
@@ -86,6 +87,23 @@ private:
   uint64_t current_ = 0; // number of the place
 };
 
+// True if tables correct what photographs say of environments.
+bool asksTables(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                const weights::ShadeOptions& options) {
+  return usesTables(field, options) && !batch.environments.empty();
+}
+
+// Adds the tables' correction to a target of all places of a query.
+void correctEnvironment(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
+                        size_t query, size_t firstPlace, size_t target, weights::EnvironmentTables& tables,
+                        ShadingPlan& plan) {
+  const Rgb correction = tables.correction();
+  for (size_t place = batch.placeBegin(query); place < batch.placeBegin(query + 1); ++place) {
+    Rgb& offset = plan.offsets[(place - firstPlace) * plan.targetsPerPlace + target];
+    offset = offset + field.shared->gains[batch.placeAt(place)] * correction;
+  }
+}
+
 // Plans cameras and lights with separate weights: one operation for each query and camera.
 class ProductPlanner {
 public:
@@ -99,7 +117,9 @@ public:
                    ? 1
                    : static_cast<float>(batch.environments.size()) / static_cast<float>(batch.sources())),
         cameras_(field, batch, options), lights_(field, coverage, batch, options, sources), emitter_(field),
-        viewColor_(weights::blendColors(field.rig.views.size())) {}
+        viewColor_(weights::blendColors(field.rig.views.size())) {
+    if (asksTables(field, batch, options)) tables_.emplace(field);
+  }
 
   void plan(size_t begin, size_t end, ShadingPlan& plan, bool relights = false) {
     const bool isLit = !field_.rig.lights.empty(), showsBlends = !plan.cameraBlend.empty();
@@ -124,7 +144,9 @@ public:
           }
           continue;
         }
+        if (tables_) addEnvironments(first + lane);
         const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
+          if (tables_ && tables_->answer()) takeAway(view, weight);
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
             emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
@@ -133,6 +155,9 @@ public:
             if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share * weight * viewColor_[view];
           }
         });
+        if (tables_)
+          correctEnvironment(field_, batch_, first + lane, firstPlace, isWhole_ ? 0 : batch_.lights, *tables_,
+                             plan);
         for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
           if (!isWhole_) continue; // known from the lights
           plan.confidence[i] = weights::confidenceOf(best.penalty);
@@ -215,6 +240,28 @@ private:
     return {rows.lights.size() - 1, rows.lights.size()};
   }
 
+  // Adds the lights of all environments to the tables.
+  void addEnvironments(size_t query) {
+    tables_->moveTo(batch_.surfels[query], batch_.towardsView[query]);
+    for (size_t e = 0; tables_->answer() && e < batch_.environments.size(); ++e) {
+      const auto& [lights, strength, extrapolation, table] = batch_.environments[e];
+      const auto reached = lights_.environment(e).reached;
+      for (size_t q = 0; q < lights.size(); ++q)
+        tables_->add(batch_.rotationOf(query, e)(lights[q].towards),
+                     reached[q] * (strength * lights[q].irradiance));
+    }
+  }
+  // Takes a view away from the tables, as far as it answers for environments.
+  void takeAway(uint32_t view, float weight) {
+    for (size_t e = 0; e < batch_.environments.size(); ++e) {
+      const auto shares = lights_.environment(e).shares;
+      for (uint32_t light = 0; light < shares.size(); ++light)
+        tables_->takeAway(view, light,
+                          weight * (batch_.environments[e].strength *
+                                    Rgb{shares[light][0], shares[light][1], shares[light][2]}));
+    }
+  }
+
   const weights::ReflectanceField& field_;
   const weights::QueryBatch& batch_;
   const bool isWhole_;
@@ -223,6 +270,7 @@ private:
   size_t firstQuery_ = 0;
   weights::CameraWeights cameras_;
   weights::LightWeights lights_;
+  std::optional<weights::EnvironmentTables> tables_; // if they answer environments
   Emitter emitter_;
   std::vector<Rgb> viewColor_;
   std::vector<uint32_t> slots_; // working memory of planKept
@@ -244,6 +292,7 @@ public:
         environmentBrightness_(weights::environmentBrightness(batch)) {
     assert(corners_ == 1 || (batch.environments.empty() && weights::blendsCorners(field, options)));
     isSeparate_ = field.isFullProduct && isSeparateBesideTables(field, options);
+    if (!field.isFullProduct && asksTables(field, batch, options)) tables_.emplace(field);
     if (isSeparate_ || (field.isFullProduct && !batch.environments.empty()))
       product_.emplace(field, coverage, batch, options,
                        isSeparate_ ? weights::LightSources::all : weights::LightSources::environments);
@@ -492,10 +541,22 @@ private:
     const weights::QueryEnvironment& environment = batch_.environments[e];
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.pairs().size(), Rgb{});
+    if (tables_) tables_->moveTo(batch_.surfels[query], batch_.towardsView[query]);
+    const bool asksTables = tables_ && tables_->answer();
     for (const auto& [towards, irradiance, spread] : environment.lights) {
       const auto [weights, scale, _] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
         pairShare_[number] = pairShare_[number] + scale * weight * irradiance;
+      if (asksTables)
+        tables_->add(rotation(towards),
+                     pairs_.reachedPart(weights, scale) * (environment.strength * irradiance));
+    }
+    if (asksTables) {
+      for (uint32_t number = 0; number < pairShare_.size(); ++number)
+        if (pairShare_[number] != Rgb{})
+          tables_->takeAway(pairs_.pairs()[number].view, pairs_.pairs()[number].light,
+                            environment.strength * pairShare_[number]);
+      correctEnvironment(field_, batch_, query, firstPlace_, batch_.lights + e, *tables_, plan);
     }
     const auto sources = static_cast<float>(batch_.sources());
     const auto colorShare = [&](float ofLight) { return ofLight / (environmentBrightness_[e] * sources); };
@@ -541,6 +602,7 @@ private:
   std::vector<float> environmentBrightness_;
   size_t firstPlace_ = 0;      // of the plan
   std::vector<Rgb> pairShare_; // per pair: share of the current environment's irradiance
+  std::optional<weights::EnvironmentTables> tables_; // of environments, beside ULR
 };
 
 using Planner = std::variant<ProductPlanner, PairPlanner>;
@@ -605,7 +667,8 @@ struct ShadingPlanner::Impl {
   weights::LightExtrapolationFade coverage{lightDirections(field)};
   bool usesAlpha = options.usesAlpha && !field.alpha.empty();
   bool isProduct =
-      hasSeparateWeights(field, options) || (field.isFullProduct && batch.lights == 0); // environments alone
+      hasSeparateWeights(field, options) ||
+      (field.isFullProduct && batch.lights == 0 && !asksTables(field, batch, options)); // environments alone
   bool hasTables = !isProduct && usesTables(field, options);
   size_t targetsPerPlace = (isProduct || (field.isFullProduct && isSeparateBesideTables(field, options))
                                 ? 1

@@ -15,7 +15,7 @@
 //   L = sum_q f_q sum_ij w_ij a_i E_q / E_j X_ij(x_i)
 //
 // Where tables answer with it, L has a share 1 - m of that, and m of the radiance in
-// srf/weights/shared_weights.h.
+// srf/weights/shared_weights.h. Light of environments has the correction of srf/weights/environment_tables.h.
 //
 // Otherwise, a capture with gaps has weights of pairs:
 //   L = sum_q sum_ij ULR(p_i + 1 - cos theta_qj)_ij a_i E_q / E_j X_ij(x_i).
@@ -196,7 +196,9 @@ private:
   };
 
   bool isProduct() const {
-    return hasSeparateWeights(field_, options_) || (field_.isFullProduct && batch_.lights == 0);
+    const bool asksTables = usesTables(field_, options_) && !batch_.environments.empty();
+    return hasSeparateWeights(field_, options_) ||
+           (field_.isFullProduct && batch_.lights == 0 && !asksTables);
   }
 
   std::vector<Pair> pairs() const {
@@ -215,24 +217,75 @@ private:
     const size_t end = plan.rows.lights.size();
     weights::NearestCandidates views(options_.nearest ? 1 : options_.cameras);
     for (uint32_t i = 0; i < field_.rig.views.size(); ++i) views.offer({i, penalty(i, 0)});
-    for (const auto& [i, w] : truncated(ulrWeights(views), options_.weightError))
-      emit(target, i, w, begin, end);
+    const weights::BlendSet ofViews = truncated(ulrWeights(views), options_.weightError);
+    for (const auto& [i, w] : ofViews) emit(target, i, w, begin, end);
+    if (plan.offsets.empty()) return;
+    for (const QueryLight& light : lights) {
+      if (light.target < batch_.lights) continue;
+      std::vector<BlendedPair> pairs;
+      for (const auto& [j, u] : lightWeights(light))
+        for (const auto& [i, w] : ofViews) pairs.push_back({i, j, w * u});
+      correctEnvironment(light, blendOf(light), pairs, target);
+    }
+  }
+
+  struct BlendedPair {
+    uint32_t view, light;
+    float weight;
+  };
+
+  // Adds what a light of an environment adds to D (environment_tables.h). u: weights of captured lights
+  // without foreshortening; pairs: weights of photographs.
+  void correctEnvironment(const QueryLight& source, const weights::BlendSet& u,
+                          std::span<const BlendedPair> pairs, size_t target) {
+    const auto state = [&](uint32_t j) {
+      return field_.lightVisibility
+                 ? weights::VisibilityWeights::decode(field_.lightVisibility->of(surfel_)[j])
+                 : 1.f;
+    };
+    const auto reflectance = [&](const Direction3<AcquisitionSpace>& view,
+                                 const Direction3<AcquisitionSpace>& light) -> Eigen::Vector3d {
+      const SurfelDirection towards = inTables(light);
+      return towards.z() > 0 ? predicted(inTables(view), towards).value : Eigen::Vector3d::Zero();
+    };
+    double weights = 0, cosines = 1e-3, lit = 1e-3; // of V_q
+    for (const auto& [j, weight] : u) {
+      weights += weight;
+      cosines += weight * cosine(j);
+      lit += weight * cosine(j) * state(j);
+    }
+    const double reached =
+        std::clamp(weights, 0., 1.) * std::min(1., std::max(1e-3, lit) / std::max(1e-3, cosines));
+    Eigen::Vector3d sum = reached * reflectance(towardsView_, source.towards);
+    for (const auto& [i, j, weight] : pairs)
+      sum -= weight * state(j) * reflectance(towardsView(i), towardsLight(j));
+    const double share = tableShare(source, 1.f);
+    const auto& [r, g, b] = source.irradiance;
+    const Rgb correction{static_cast<float>(share * r * sum[0]), static_cast<float>(share * g * sum[1]),
+                         static_cast<float>(share * b * sum[2])};
+    for (size_t place = placeBegin_; place < placeEnd_; ++place) {
+      Rgb& offset = plan.offsets[place * plan.targetsPerPlace + target];
+      offset = offset + field_.shared->gains[batch_.placeAt(place)] * correction;
+    }
   }
 
   // Weights f_q u_qj.
   weights::BlendSet lightWeights(const QueryLight& source) const {
-    std::vector<Direction3<AcquisitionSpace>> towards;
     std::vector<float> cosines;
-    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j) {
-      towards.push_back(towardsLight(j));
-      cosines.push_back(cosine(j));
-    }
-    const auto beyond = options_.nearest ? weights::LightExtrapolation::clamp : source.extrapolation;
-    weights::BlendSet u = blendOfLights(towards, source.towards, how_, coverage_, beyond);
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j) cosines.push_back(cosine(j));
+    weights::BlendSet u = blendOf(source);
     const float f =
         how_.foreshortened ? weights::foreshortening(cosine(source.towards), blendedCosine(u, cosines)) : 1;
     for (auto& [j, weight] : u) weight *= f;
     return u;
+  }
+
+  // Weights u_qj.
+  weights::BlendSet blendOf(const QueryLight& source) const {
+    std::vector<Direction3<AcquisitionSpace>> towards;
+    for (uint32_t j = 0; j < field_.rig.lights.size(); ++j) towards.push_back(towardsLight(j));
+    const auto beyond = options_.nearest ? weights::LightExtrapolation::clamp : source.extrapolation;
+    return blendOfLights(towards, source.towards, how_, coverage_, beyond);
   }
 
   // Answers a share of a light.
@@ -243,8 +296,15 @@ private:
       nearest.offer(
           {number, penalty(all[number].view, anglePenalty(towardsLight(all[number].light), source.towards))});
     const float scale = answered * (options_.nearest ? 1 : covered(source));
-    for (const auto& [number, w] : truncated(ulrWeights(nearest), options_.weightError))
+    weights::BlendSet ofLights;
+    std::vector<BlendedPair> blended;
+    for (const auto& [number, w] : truncated(ulrWeights(nearest), options_.weightError)) {
       emitPair(source, all[number], w, scale);
+      ofLights.push({all[number].light, scale * w});
+      blended.push_back({all[number].view, all[number].light, scale * w});
+    }
+    if (!plan.offsets.empty() && source.target >= batch_.lights)
+      correctEnvironment(source, ofLights, blended, source.target);
   }
 
   // n of all views or lights, by the nearest; 0 for all in a capture with wide gaps.

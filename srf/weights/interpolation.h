@@ -9,7 +9,8 @@
 //
 // A full product has a photograph of every camera under every light. Cameras: camera_weights.h, lights:
 // light_weights.h, pairs: pair_weights.h. Shared interpolation answers directional and point lights by tables
-// as far as they are trusted (shared_weights.h), and else as separate or kriging.
+// as far as they are trusted (shared_weights.h), and else as separate or kriging. It answers environments as
+// kriging, corrected by tables (environment_tables.h).
 #pragma once
 
 #include "srf/weights/light_blend.h"

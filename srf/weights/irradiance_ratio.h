@@ -64,6 +64,26 @@ template <class Cosines> float blendedCosine(const BlendSet& blend, const Cosine
   return weights > 0 ? sum / weights : 0;
 }
 
+// Part of a light between captured ones that reaches a surfel, by the shadow states s of those it is blended
+// from:
+//   V = min(1, sum w_l) (sum w_l s_l c(l) + e) / (sum w_l c(l) + e),   within 0..1
+// Here c(l) has no shadow state. Captured lights behind the surface say nothing of cast shadows. Weights sum
+// to less than 1 where no light was captured.
+struct ReachedPart {
+  float weights = 0, cosines = 0, lit = 0; // sums of w_l, w_l c(l) and w_l s_l c(l)
+
+  void add(float weight, float cosine, float state) {
+    weights += weight;
+    cosines += weight * cosine;
+    lit += weight * cosine * state;
+  }
+  float value() const {
+    constexpr float kResidual = 1e-3f;
+    const float reached = (std::max(0.f, lit) + kResidual) / (std::max(0.f, cosines) + kResidual);
+    return std::clamp(weights, 0.f, 1.f) * std::min(1.f, reached);
+  }
+};
+
 // Common colour of several lights: the strongest channel divided by each channel. Empty if the channels of
 // two lights differ in proportion by more than rounding.
 struct SharedColor {

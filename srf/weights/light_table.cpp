@@ -82,7 +82,8 @@ EnvironmentDirections::EnvironmentDirections(std::span<const EnvironmentLight> l
 
 void LightTable::spread(const EnvironmentDirections& environment,
                         const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
-                        std::span<Eigen::Array4f> row, const Foreshortened* surface) const {
+                        std::span<Eigen::Array4f> row, const Foreshortened* surface,
+                        const ReachedParts* reached) const {
   constexpr size_t kGroupsAtOnce = 4, kAtOnce = kGroupsAtOnce * kQueryLanes;
   const Mat3<float> turn = acquisitionFromEnvironment.matrix();
   std::array<float, kAtOnce> cells, right, down;
@@ -120,6 +121,13 @@ void LightTable::spread(const EnvironmentDirections& environment,
         light.head<3>() *=
             foreshortening(foreshortenedCosine(surface->normal, acquisitionFromEnvironment(towards)),
                            weights > 0 ? sum / weights : 0);
+      }
+      if (reached) {
+        ReachedPart part;
+        forEachWeight([&](uint32_t captured, float weight) {
+          part.add(weight, reached->cosines[captured], reached->states[captured]);
+        });
+        reached->parts[begin + i] = part.value();
       }
       forEachWeight([light, row](uint32_t captured, float weight) { row[captured] += weight * light; });
     }

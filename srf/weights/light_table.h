@@ -63,6 +63,13 @@ struct Foreshortened {
   std::span<const float> cosines;
 };
 
+// What of each light of an environment reaches a surfel (ReachedPart): cosines and shadow states of the
+// captured lights, and the parts (#lights of the environment), which are written.
+struct ReachedParts {
+  std::span<const float> cosines, states;
+  std::span<float> parts;
+};
+
 // Lights of an environment, with directions also as arrays for vector instructions.
 class EnvironmentDirections {
 public:
@@ -85,10 +92,11 @@ public:
   // Adds to row[l] the part (r, g, b) of an environment's irradiance that captured light l represents; #row =
   // #captured lights. The weights are those of blendOfLights, interpolated and continuous in the rotation,
   // times the foreshortening of irradiance_ratio.h if foreshortened. The fourth number of an entry is r + g +
-  // b before foreshortening.
+  // b before foreshortening. Writes the parts that reach a surfel if asked for.
   void spread(const EnvironmentDirections& environment,
               const Rotation<AcquisitionSpace, EnvironmentSpace, float>& acquisitionFromEnvironment,
-              std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr) const;
+              std::span<Eigen::Array4f> row, const Foreshortened* surface = nullptr,
+              const ReachedParts* reached = nullptr) const;
 
 private:
   // Weights of four captured lights at the corners (0,0), (1,0), (0,1), (1,1) of a cell; unused lights have

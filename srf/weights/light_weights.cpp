@@ -87,11 +87,14 @@ LightWeights::LightWeights(const ReflectanceField& field, const LightExtrapolati
       ulrOfLight_(lightCount_),
       canBeGrouped_(hasShortRows_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
-      environmentBrightness_(environmentBrightness(batch)), share_(field.rig.lights.size()),
-      cosine_(field.rig.lights.size()) {
+      environmentBrightness_(environmentBrightness(batch)), asksReached_(usesTables(field, options)),
+      cosine_(field.rig.lights.size()), state_(field.rig.lights.size(), 1.f) {
   for (size_t l = 0; l < lightCount_; ++l) canBeGrouped_ &= isPlainUlr(batch.extrapolationOf(l));
-  for (const QueryEnvironment& environment : batch.environments)
+  for (const QueryEnvironment& environment : batch.environments) {
+    shares_.emplace_back(field.rig.lights.size());
+    reached_.emplace_back(asksReached_ ? environment.lights.size() : 0);
     environments_.emplace_back(environment.table ? environment.lights : std::span<const EnvironmentLight>());
+  }
 }
 
 void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
@@ -109,7 +112,8 @@ LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
   if (isGrouped_) return {rowEnds_[lane], rowEnds_[lane + 1]};
   const size_t begin = rows.lights.size(), query = begin_ + lane;
   lights_.moveTo(field_.cloud.p0[batch_.surfels[query]].cast<double>());
-  if (lightBlend_.foreshortened) setNormal(batch_.surfels[query]);
+  if (lightBlend_.foreshortened || asksReached_) setNormal(batch_.surfels[query]);
+  if (asksReached_) setStates(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.sources());
   for (size_t l = 0; l < lightCount_; ++l) {
     const auto& towards = batch_.towardsLight[query * batch_.lights + l];
@@ -194,6 +198,13 @@ void LightWeights::setNormal(uint32_t surfel) {
     cosine_[light] = foreshortenedCosine(normal_, lights_.towards(light));
 }
 
+void LightWeights::setStates(uint32_t surfel) {
+  if (!field_.lightVisibility) return;
+  const auto states = field_.lightVisibility->of(surfel);
+  for (size_t light = 0; light < state_.size(); ++light)
+    state_[light] = VisibilityWeights::decode(states[light]);
+}
+
 // Foreshortening f_q.
 float LightWeights::foreshorteningOf(const BlendSet& blend,
                                      const Direction3<AcquisitionSpace>& towards) const {
@@ -206,15 +217,16 @@ float LightWeights::foreshorteningOf(const BlendSet& blend,
 void LightWeights::addEnvironment(size_t query, size_t e) {
   const QueryEnvironment& environment = batch_.environments[e];
   if (environment.lights.empty()) return;
-  std::ranges::fill(share_, Eigen::Array4f::Zero());
+  std::vector<Eigen::Array4f>& shares = shares_[e];
+  std::ranges::fill(shares, Eigen::Array4f::Zero());
   lights_.evaluateAll();
   shareEnvironment(e, batch_.rotationOf(query, e));
   const Rgb& strength = environment.strength;
   const Eigen::Array4f scale(1 / (environmentBrightness_[e] * static_cast<float>(batch_.sources())),
                              strength.r, strength.g, strength.b);
-  for (uint32_t light = 0; light < share_.size(); ++light)
-    if (share_[light][3] != 0) { // 0 for all lights if the environment is dark
-      const Eigen::Array4f now(share_[light][3], share_[light][0], share_[light][1], share_[light][2]);
+  for (uint32_t light = 0; light < shares.size(); ++light)
+    if (shares[light][3] != 0) { // 0 for all lights if the environment is dark
+      const Eigen::Array4f now(shares[light][3], shares[light][0], shares[light][1], shares[light][2]);
       const Eigen::Array4f weight = lights_.ratio(scale * now, light);
       sums_.add(light, weight);
       addToBlendColor(light, weight[0]);
@@ -225,9 +237,11 @@ void LightWeights::shareEnvironment(size_t e,
                                     const Rotation<AcquisitionSpace, EnvironmentSpace, float>& rotation) {
   const QueryEnvironment& environment = batch_.environments[e];
   const Foreshortened surface{normal_, cosine_};
+  const ReachedParts reached{cosine_, state_, reached_[e]};
   if (environment.table) {
-    environment.table->spread(environments_[e], rotation, share_,
-                              lightBlend_.foreshortened ? &surface : nullptr);
+    environment.table->spread(environments_[e], rotation, shares_[e],
+                              lightBlend_.foreshortened ? &surface : nullptr,
+                              asksReached_ ? &reached : nullptr);
     return;
   }
   const Point3<AcquisitionSpace> place = lights_.place().cast<float>();
@@ -242,8 +256,12 @@ void LightWeights::shareEnvironment(size_t e,
       const BlendSet blend = blendOf(ulrOfEnvironment_, i, towards[i], environment.extrapolation);
       const Rgb& irradiance = lights[i].irradiance;
       const Rgb scaled = foreshorteningOf(blend, towards[i]) * irradiance;
-      for (const auto& [light, weight] : blend)
-        share_[light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
+      ReachedPart part;
+      for (const auto& [light, weight] : blend) {
+        shares_[e][light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
+        part.add(weight, cosine_[light], state_[light]);
+      }
+      if (asksReached_) reached_[e][begin + i] = part.value();
     }
   }
 }

@@ -77,6 +77,15 @@ public:
   // Mean blend colour of the lights in the last appended row, if the options show blends.
   Rgb blendColor() const { return color_; }
 
+  // An environment in the last appended row, before its strength is applied: its irradiance that each
+  // captured light represents, without the fourth number, and, if tables answer, the part of each of its
+  // lights that reaches the surfel.
+  struct Environment {
+    std::span<const Eigen::Array4f> shares;
+    std::span<const float> reached;
+  };
+  Environment environment(size_t e) const { return {shares_[e], reached_[e]}; }
+
 private:
   // w_l of one query, summed per captured light. The first of the four numbers is unused.
   class Sums {
@@ -106,6 +115,7 @@ private:
            (extrapolation == LightExtrapolation::clamp || nearest_);
   }
   void setNormal(uint32_t surfel);
+  void setStates(uint32_t surfel);
   float foreshorteningOf(const BlendSet& blend, const Direction3<AcquisitionSpace>& towards) const;
   void addEnvironment(size_t query, size_t e);
   void shareEnvironment(size_t e, const Rotation<AcquisitionSpace, EnvironmentSpace, float>& rotation);
@@ -138,9 +148,14 @@ private:
   Rgb color_;
   std::vector<EnvironmentDirections> environments_;
   std::vector<float> environmentBrightness_;
-  std::vector<Eigen::Array4f> share_; // per captured light: share of an environment, as in LightTable
+  // Per environment: share of each captured light, as in LightTable; part of each of its lights that reaches
+  // the surfel, if tables answer.
+  std::vector<std::vector<Eigen::Array4f>> shares_;
+  std::vector<std::vector<float>> reached_;
+  const bool asksReached_;
   Normal3<AcquisitionSpace> normal_;
   std::vector<float> cosine_; // per captured light, with normal_
+  std::vector<float> state_;  // per captured light; 1 without shadow states
 };
 
 } // namespace surflect::weights

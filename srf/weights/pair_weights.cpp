@@ -404,6 +404,16 @@ float PairWeights::foreshorteningOf(const BlendSet& blend, const RequestedLight&
   return foreshortening(asked.state() * rig_.cosine(asked.towards), blended);
 }
 
+float PairWeights::reachedPart(const BlendSet& weights, float scale) const {
+  ReachedPart part;
+  for (const auto& [number, weight] : weights) {
+    const uint32_t light = pairs_[number].light;
+    part.add(scale * weight, rig_.cosine(rig_.lights().towards(light)),
+             field_.lightVisibility ? rig_.reachedBy(light) : 1);
+  }
+  return part.value();
+}
+
 // Share of the weights that photographs of the requested shadow state have.
 float PairWeights::shareOfState(const BlendSet& weights, float reached) const {
   float share = 0;

@@ -148,6 +148,8 @@ public:
   std::optional<Shared> shared() const;
   // The pairs for a light of an environment, by ULR over all photographed pairs.
   Blend blendTowards(const Direction3<AcquisitionSpace>& towards, LightExtrapolation extrapolation);
+  // V of a light of an environment (irradiance_ratio.h), by the weights and the scale of its blend.
+  float reachedPart(const BlendSet& weights, float scale) const;
 
   const CapturedPairs& pairs() const { return pairs_; }
   // Irradiance of a captured light at the query's surfel.

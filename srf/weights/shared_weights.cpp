@@ -22,25 +22,33 @@ float distrust(const PredictedReflectance& prediction, float cosView, float whit
 
 } // namespace
 
-void SharedWeights::moveTo(uint32_t surfel) {
-  surfel_ = surfel;
-  const reflectance::SharedReflectance& shared = *field_.shared;
-  const reflectance::SurfelFrame frame(rotationOf<float>(field_.cloud.r0[surfel]));
-  surfelFromAcquisition_ =
-      Rotation<SurfelSpace, AcquisitionSpace, float>(shared.frameOf(surfel, frame).matrix().transpose());
-  trust_ = 0;
+SurfelOfTables surfelOfTables(const ReflectanceField& field, uint32_t surfel) {
+  const reflectance::SharedReflectance& shared = *field.shared;
+  const reflectance::SurfelFrame frame(rotationOf<float>(field.cloud.r0[surfel]));
+  SurfelOfTables own{
+      0, Rotation<SurfelSpace, AcquisitionSpace, float>(shared.frameOf(surfel, frame).matrix().transpose())};
   const reflectance::TableMixture& mixture = shared.mixtures[surfel];
   for (size_t m = 0; m < reflectance::kMixedTables; ++m)
-    trust_ += mixture.weight[m] * shared.trust[mixture.table[m]];
+    own.trust += mixture.weight[m] * shared.trust[mixture.table[m]];
+  return own;
+}
+
+float SurfelOfTables::shareOf(const Direction3<AcquisitionSpace>& towardsView) const {
+  constexpr double kGrazing = 0.2;
+  return trust * static_cast<float>(smoothStep(0, kGrazing, surfelFromAcquisition(towardsView).z()));
+}
+
+void SharedWeights::moveTo(uint32_t surfel) {
+  surfel_ = surfel;
+  own_ = surfelOfTables(field_, surfel);
 }
 
 float SharedWeights::shareOf(const Direction3<AcquisitionSpace>& towardsView,
                              const RequestedLight& asked) const {
-  constexpr double kGrazing = 0.2;
   const auto lit = asked.reached
                        ? *asked.reached
-                       : static_cast<float>(terminatorFade(surfelFromAcquisition_(asked.towards).z()));
-  return trust_ * lit * static_cast<float>(smoothStep(0, kGrazing, surfelFromAcquisition_(towardsView).z()));
+                       : static_cast<float>(terminatorFade(own_.surfelFromAcquisition(asked.towards).z()));
+  return lit * own_.shareOf(towardsView);
 }
 
 PredictedRequest SharedWeights::ask(const Direction3<AcquisitionSpace>& towardsView,
@@ -50,11 +58,11 @@ PredictedRequest SharedWeights::ask(const Direction3<AcquisitionSpace>& towardsV
   const size_t count = nearest.size(), all = count + 1;
   std::array<Direction3<SurfelSpace>, kMost> views, lights;
   for (size_t i = 0; i < count; ++i) {
-    views[i] = surfelFromAcquisition_(nearest[i].towardsView);
-    lights[i] = surfelFromAcquisition_(nearest[i].towardsLight);
+    views[i] = own_.surfelFromAcquisition(nearest[i].towardsView);
+    lights[i] = own_.surfelFromAcquisition(nearest[i].towardsLight);
   }
-  views[count] = surfelFromAcquisition_(towardsView);
-  lights[count] = surfelFromAcquisition_(towardsLight);
+  views[count] = own_.surfelFromAcquisition(towardsView);
+  lights[count] = own_.surfelFromAcquisition(towardsLight);
 
   const PairPlace asked = pairPlace(towardsLight, towardsView, 1, kResidualScales);
   PredictedRequest request{.number = batch.ask(asked), .count = count, .gain = field_.shared->gains[surfel_]};

@@ -66,6 +66,16 @@ struct PredictedRequest {
   Rgb gain;
 };
 
+// A surfel as its tables see it.
+struct SurfelOfTables {
+  float trust = 0; // sum of weight * trust over the mixture
+  Rotation<reflectance::SurfelSpace, AcquisitionSpace, float> surfelFromAcquisition;
+
+  // m of a lit surfel
+  float shareOf(const Direction3<AcquisitionSpace>& towardsView) const;
+};
+SurfelOfTables surfelOfTables(const ReflectanceField& field, uint32_t surfel);
+
 // Computes shared blends at one surfel after another.
 class SharedWeights {
 public:
@@ -87,8 +97,7 @@ public:
 private:
   const ReflectanceField& field_;
   uint32_t surfel_ = 0;
-  float trust_ = 0; // sum of weight * trust over the mixture
-  Rotation<reflectance::SurfelSpace, AcquisitionSpace, float> surfelFromAcquisition_;
+  SurfelOfTables own_;
 };
 
 } // namespace surflect::weights

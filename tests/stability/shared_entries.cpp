@@ -4,7 +4,9 @@
 #include "srf/model/shared_surface.h"
 #include "srf/model/weights_selection.h"
 #include "srf/shading/shade.h"
+#include "srf/weights/shared_weights.h"
 #include "tests/render/films.h"
+#include "tests/srf/reflectance/planted.h"
 #include "tests/srf/shading/queries.h"
 
 namespace surflect::stability {
@@ -103,6 +105,72 @@ Measured shearedGroove() {
   return {missed(plate), missed(surfels::withCarriedLines(plate, std::array{Angle::fromDegrees(90)}))};
 }
 
+// RMS error of reflectance predicted by tables, relative to white, at the surfels of a brushed kind: the
+// `rare` ones furthest to the right of a glossy disc. Naive: one table for all.
+Measured brushedAmongGlossy(size_t rare) {
+  namespace planted = reflectance::planted;
+  constexpr size_t kDisc = 600;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> any(-1, 1);
+  std::vector<Point3<AcquisitionSpace>> places;
+  while (places.size() < kDisc) {
+    const float x = any(random), y = any(random);
+    if (std::hypot(x, y) <= 1) places.push_back({x, y, 0});
+  }
+  std::ranges::sort(places, {}, [](const auto& place) { return place.x(); });
+  const std::vector<reflectance::SurfelFrame> frames(kDisc,
+                                                     reflectance::SurfelFrame(Mat3<float>::Identity()));
+  reflectance::PhotographArrays photographs;
+  for (size_t s = 0; s < kDisc; ++s)
+    addSurfel(photographs, s + rare < kDisc ? planted::kGlossy : planted::kBrushed, {1, 1, 1}, 40, random);
+  std::vector<Direction3<reflectance::SurfelSpace>> views, lights;
+  for (int i = 0; i < 200; ++i) {
+    views.push_back(planted::above(random, 0.3));
+    lights.push_back(planted::above(random, 0.3));
+  }
+  const auto error = [&](size_t mostTables) {
+    const reflectance::SharedReflectance shared =
+        shareReflectance(photographs.view(), {places, frames},
+                         {.white = planted::kWhite, .grid = {{17, 17, 5, 5}}, .mostTables = mostTables});
+    std::vector<Rgb> got(views.size());
+    double sum = 0;
+    for (size_t s = kDisc - rare; s < kDisc; ++s) {
+      const Eigen::AngleAxisf turn(static_cast<float>(-shared.fibres[s].radians()), Vec3<float>::UnitZ());
+      const auto turned = [&](auto directions) {
+        for (auto& direction : directions)
+          direction = assume<Direction3<reflectance::SurfelSpace>>(turn * direction.raw());
+        return directions;
+      };
+      predictReflectance(shared.tables, shared.mixtures[s], turned(views), turned(lights), got);
+      for (size_t i = 0; i < got.size(); ++i)
+        sum += std::pow(shared.gains[s].g * got[i].g -
+                            planted::reflectanceOf(planted::kBrushed, views[i], lights[i]).g,
+                        2);
+    }
+    return std::sqrt(sum / static_cast<double>(rare * got.size())) / planted::kWhite;
+  };
+  return {error(1), error(8)};
+}
+
+// Largest share of tables in the answer at surfels that are seen from behind. Naive: trust in the tables
+// alone.
+Measured backFace() {
+  model::Model model = model::openModel(glossyStudio().model.folder);
+  model.shared = model::spreadOver(model, model::shareSample(model));
+  std::mt19937 random(5);
+  weights::SharedWeights weights(model);
+  Measured largest;
+  for (int i = 0; i < 1000; ++i) {
+    const auto surfel = static_cast<uint32_t>(random() % model.cloud.size());
+    const auto view = studio::randomDirection(random), light = studio::randomDirection(random);
+    if (view.raw().dot(model.cloud.p0[surfel].raw()) > -0.2f) continue;
+    weights.moveTo(surfel);
+    raise(largest.ours, weights.shareOf(view, {light, 1.f}));
+    raise(largest.naive, surfelOfTables(model, surfel).trust);
+  }
+  return largest;
+}
+
 } // namespace
 
 Group sharedGroup() {
@@ -117,6 +185,12 @@ Group sharedGroup() {
           {"normals 10 degrees off", "better than without tables", "RMS error", 0.033,
            [] { return normalsOff(10); }},
           {"four lights", "no worse than without tables", "RMS error", 0.025, [] { return fewLights(4); }},
+          {"20 brushed surfels among 580 glossy ones", "a table of their own", "RMS error", 0.15,
+           [] { return brushedAmongGlossy(20); }, "one table for all"},
+          {"300 brushed surfels beside 300 glossy ones", "a table of their own", "RMS error", 0.09,
+           [] { return brushedAmongGlossy(300); }, "one table for all"},
+          {"a back face seen through an opening", "photographs answer", "largest share of tables", 0,
+           backFace, "trust in tables alone"},
           {"a groove across a plate that is sheared by 0.8", "the table's fibre follows it",
            "angle between them, radians", 1e-6, shearedGroove, "tangents by the polar factor"},
       }};

@@ -2,6 +2,9 @@
 
 #include "render/scene/script.h"
 #include "render/surfels/aovs.h"
+#include "render/surfels/patch_corners.h"
+#include "render/surfels/queries.h"
+#include "warp/deform.h"
 
 #include "render/evaluation/measure.h"
 #include "tests/render/films.h"
@@ -224,6 +227,71 @@ TEST_F(FrameOfDenseSphere, BlendedCornersShowTheFullFrame) {
     EXPECT_GT(evaluation::compare(full, pictureWith(perQuery), 1 / 3.0).psnrLinear(), leastDb)
         << perQuery.value_or(0);
     EXPECT_LT(workspace.stats.queries, surfels);
+  }
+}
+
+// A table of one highlight, smooth in the coordinates of tables, which all surfels share.
+reflectance::SharedReflectance oneHighlight(size_t surfels, float white) {
+  reflectance::SharedReflectance shared{.white = white, .trust = {1}};
+  const reflectance::TableGrid& grid = shared.tables.grid;
+  std::vector<Rgb> nodes(grid.size());
+  const auto unstretched = [](uint32_t node, uint32_t count) {
+    const double a = 2.0 * node / (count - 1) - 1;
+    return a / (3 - 2 * std::abs(a));
+  };
+  for (uint32_t half = 0; half < grid.nodes[0] * grid.nodes[1]; ++half)
+    for (uint32_t difference = 0; difference < grid.differences(); ++difference) {
+      const double u = unstretched(half / grid.nodes[1], grid.nodes[0]),
+                   v = unstretched(half % grid.nodes[1], grid.nodes[1]);
+      const auto value = static_cast<float>(0.1 + 0.3 * std::exp(-(u * u + v * v) / 0.02));
+      nodes[grid.indexOf(half, difference)] = {value, value, value};
+    }
+  shared.tables.add(nodes);
+  shared.tilts.resize(surfels);
+  shared.fibres.resize(surfels);
+  shared.mixtures.resize(surfels);
+  shared.gains.assign(surfels, {1, 1, 1});
+  return shared;
+}
+
+// Weights that are linear between the corners of a patch of 16 surfels leave no seams: neighbours in two
+// patches do not differ by more, beside what their own weights say, than neighbours in one patch.
+TEST_F(FrameOfDenseSphere, BlendedCornersLeaveNoSeamsBetweenPatches) {
+  model::Model own = model::openModel(packed->folder / "model");
+  own.shared = oneHighlight(own.cloud.size(), static_cast<float>(own.white));
+  own.interpolation.kind = weights::Interpolation::shared;
+  own.interpolation.otherwise = weights::Interpolation::kriging;
+  const DeformedCloud deformed = warp::deform(own.cloud, *warp);
+  const std::vector<uint32_t> visible = look(camera, own.cloud, deformed).visible;
+  const Patches patches = patchesOf(own.cloud, 16);
+  const PatchCorners corners = patchCorners(own.cloud, patches, visible, {}, lights.size());
+  const auto patchOf = [&](size_t place) {
+    return std::ranges::upper_bound(patches.first, visible[place]) - patches.first.begin();
+  };
+  codec::BlockCache cache(own.files, size_t{1} << 28);
+  shading::ShadingStats stats;
+  // Largest RMS difference of the errors of neighbours, relative to white.
+  for (const auto& [interpolation, bound] :
+       {std::pair{weights::Interpolation::kriging, 2e-3}, {weights::Interpolation::shared, 9e-3}}) {
+    options.shade.interpolation = interpolation;
+    const auto shaded = [&](const weights::QueryBatch& batch) {
+      return shading::shade(own, batch, options.shade, cache, stats).radiance;
+    };
+    weights::QueryBatch atCorners = queriesAt(own.cloud, deformed, corners.surfels(visible), camera, lights);
+    corners.addPlaces(visible, 0, corners.corners.size(), atCorners);
+    const std::vector<Rgb> blended = shaded(atCorners),
+                           exact = shaded(queriesAt(own.cloud, deformed, visible, camera, lights));
+    const auto error = [&](size_t place) { return double{blended[place].g} - exact[place].g; };
+    std::array<evaluation::PooledMean, 2> squares; // within a patch, and across a border
+    for (size_t place = 0; place + 1 < visible.size(); ++place)
+      if (visible[place + 1] == visible[place] + 1)
+        squares[patchOf(place) != patchOf(place + 1)] +=
+            {std::pow((error(place + 1) - error(place)) / own.white, 2), 1};
+    const double within = std::sqrt(squares[0].mean()), across = std::sqrt(squares[1].mean());
+    EXPECT_GT(squares[1].count, 300u);
+    EXPECT_GT(across, 0);
+    EXPECT_LT(across, 1.2 * within); // 0.8
+    EXPECT_LT(across, bound);
   }
 }
 

@@ -194,6 +194,36 @@ TEST(LightTable, ForeshortensWhatItHasTabulated) {
   }
 }
 
+// The mean shadow state of the blended lights, weighted by their cosines.
+TEST(LightTable, ThePartThatReachesASurfelIsThatOfTheBlendedLights) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> any(0, 1);
+  const auto lights = spiral(20);
+  const LightTable table = tableOf(lights, meanOfThree, LightExtrapolation::fade);
+  for (int i = 0; i < 500; ++i) {
+    const auto normal = assume<Normal3<AcquisitionSpace>>(randomDirection(random).raw());
+    std::vector<float> cosines, states;
+    for (const auto& light : lights) {
+      cosines.push_back(foreshortenedCosine(normal, light));
+      states.push_back(any(random));
+    }
+    const auto d = randomDirection(random);
+    const auto weights = tabulated(table, lights.size(), d);
+    double all = 0, facing = 1e-3, lit = 1e-3;
+    for (size_t l = 0; l < lights.size(); ++l) {
+      all += weights[l];
+      facing += weights[l] * cosines[l];
+      lit += weights[l] * cosines[l] * states[l];
+    }
+    std::vector<Eigen::Array4f> row(lights.size(), Eigen::Array4f::Zero());
+    std::vector<float> parts(1);
+    const EnvironmentLight light{assume<Direction3<EnvironmentSpace>>(d.raw()), {1, 1, 1}};
+    const ReachedParts reached{cosines, states, parts};
+    table.spread({{&light, 1}}, ToAcquisition(), row, nullptr, &reached);
+    EXPECT_NEAR(parts[0], std::min(1.0, all) * lit / facing, 1e-5);
+  }
+}
+
 TEST(LightTable, TheTurnTurnsAndAddsToTheRow) {
   std::mt19937 random(4);
   const auto lights = spiral(20);
