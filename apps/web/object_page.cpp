@@ -143,6 +143,11 @@ void requireHeldByPage(const LightFieldMaps& maps) {
     if (maps.channels != 3)
       throw Error::mismatch("3 channels, as pages draw opaque objects", std::to_string(maps.channels))
           .at("channels");
+    if (maps.higherViewSize != maps.viewSize)
+      throw Error::mismatch(
+          fmt::format("{}, as in the first term: pack without --higher-view-size", maps.viewSize),
+          std::to_string(maps.higherViewSize))
+          .at("cells of higher view maps");
     const size_t triangles = maps.mesh.triangles.size(), terms = maps.terms.size();
     if (triangles == 0) throw Error::mismatch("at least one", "none").at("triangles");
     const size_t placesOfTerm = maps.layout == lfm::SurfaceLayout::packed ? 4 : 6,

@@ -11,10 +11,13 @@
 namespace surflect::web {
 namespace {
 
-// What is wrong with maps of so many triangles and terms, of so many channels and bytes of means; empty if a
-// page holds them.
-std::string problemOf(size_t triangles, size_t terms, size_t channels, size_t meanBytes) {
+// What is wrong with maps of so many triangles and terms, of so many channels and bytes of means, and of so
+// many cells along a side of higher view maps, where the first term has 32; empty if a page holds them.
+std::string problemOf(size_t triangles, size_t terms, size_t channels, size_t meanBytes,
+                      int higherViewSize = 32) {
   lfm::LightFieldMaps maps;
+  maps.viewSize = 32;
+  maps.higherViewSize = higherViewSize;
   maps.mesh.triangles.resize(triangles);
   maps.terms.resize(terms);
   maps.channels = channels;
@@ -33,6 +36,7 @@ TEST(ObjectPage, RefusesMapsThatBrowsersDoNotHoldByTheirField) {
   EXPECT_NE(problemOf(kPlaces / 5 + 1, 1, 3, 0).find("maps: 838861 triangles of 1 terms"), std::string::npos);
   EXPECT_NE(problemOf(0, 1, 3, 0).find("maps.triangles: found none"), std::string::npos);
   EXPECT_NE(problemOf(1, 1, 4, 0).find("maps.channels: found 4"), std::string::npos);
+  EXPECT_NE(problemOf(1, 2, 3, 0, 16).find("maps.cells of higher view maps: found 16"), std::string::npos);
   EXPECT_NE(problemOf(1, 0, 3, (size_t{256} << 20) + 1).find("maps: 268 MB are more"), std::string::npos);
 }
 
