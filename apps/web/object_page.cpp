@@ -170,7 +170,7 @@ void requireHeldByPage(const LightFieldMaps& maps) {
     };
     for (const lfm::Term& term : maps.terms) {
       requireLayers(lfm::surfaceShape(maps), term.surface.maps);
-      requireLayers(lfm::viewShape(maps), term.view.maps);
+      requireLayers(lfm::viewShape(maps, 0), term.view.maps);
     }
     requireLayers(lfm::meanShape(maps), maps.mean.maps);
   });
