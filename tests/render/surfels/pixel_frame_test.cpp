@@ -151,12 +151,13 @@ TEST_F(PixelFrame, OneRigidMotionOfEverythingLeavesThePictureUnchanged) {
 
 TEST_F(PixelFrame, APlaneLooksTheSameWithEveryStepOfItsGrid) {
   ASSERT_EQ(plane->model.grid->step, 8);
+  // Halvings of tilted squares are chosen for each triangle: 0.0025 is measured.
   for (const auto& camera : {ownCamera(), pinhole(9, 0.4)}) {
     const image::Image coarse = studio::filmOf(plane->model, *noWarp(), camera, kLamp).color;
     for (const auto& [surfels, step] : {std::pair<size_t, int>{10000, 1}, {500, 4}}) {
       const PackedPlane other({}, surfels);
       ASSERT_EQ(other.model.grid->step, step);
-      EXPECT_LT(largestDifference(coarse, studio::filmOf(other.model, *noWarp(), camera, kLamp).color), 2e-3);
+      EXPECT_LT(largestDifference(coarse, studio::filmOf(other.model, *noWarp(), camera, kLamp).color), 4e-3);
     }
   }
 }
@@ -245,9 +246,9 @@ TEST_F(PixelFrame, MinifiedObjectsAreOpaqueUpToTheBorderOfTheFrame) {
 
 TEST_F(PixelFrame, NoDarkFringeSurroundsASquareWithoutPlace) {
   const image::Image whole = studio::filmOf(plane->model, *noWarp(), ownCamera(), kLamp).color;
-  const auto hole = warp::expressionWarp(
-      warp::Expression("x > -0.5 and x < 0.5 ? sqrt(-1) : x", warp::warpVariables),
-      warp::Expression("y", warp::warpVariables), warp::Expression("z", warp::warpVariables), {});
+  const auto hole = warp::expressionWarp(warp::Expression("abs(x) < 0.5 ? sqrt(-1) : x", warp::warpVariables),
+                                         warp::Expression("y", warp::warpVariables),
+                                         warp::Expression("z", warp::warpVariables), {});
   const image::Image film = studio::filmOf(plane->model, *hole, ownCamera(), kLamp).color;
   EXPECT_LT(meanAlpha(film), 0.95);
   double darkest = 0;
