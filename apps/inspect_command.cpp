@@ -47,12 +47,13 @@ Json describe(const model::Model& model) {
     bytes += std::filesystem::file_size(file.path());
     blocks += file.blockCount();
   }
-  const Eigen::AlignedBox3d box = boundsOf(model.cloud.p0);
+  const Eigen::AlignedBox3d box = boundsOf(placesOnObject(model.cloud));
   const auto corner = [](const Vec3<double>& p) { return Json::array({p.x(), p.y(), p.z()}); };
   const double apart = model::pixelsBetween(model.cloud, model.rig);
   size_t unseen = 0;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
     const auto visibility = model.visibility.of(i);
+    if (model.cloud.coverage[i] == 0) continue; // beside the object
     unseen += std::ranges::none_of(visibility, [](uint8_t fade) { return fade > 0; });
   }
   const std::string warning = model.grid ? "" : sparseSurfels(model.cloud.size(), apart);

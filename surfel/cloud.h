@@ -90,10 +90,19 @@ struct SurfelCloud {
   std::vector<Rodrigues> r0; // tangent frame (u0, v0, n0)
   std::vector<float> radius; // splat radius, scene units; discs of this radius leave no hole
   std::vector<float>
-      coverage; // peak of its Gaussian; the cloud's Gaussians add up to about 1, less at borders
+      coverage; // peak of its Gaussian; the cloud's Gaussians add up to about 1, less at borders. 0: beside
+                // the object, as corners of a pixel grid may be; such a surfel is no part of the object
 
   size_t size() const { return p0.size(); }
 };
+
+// Places of the surfels that are part of the object.
+inline std::vector<Point3<AcquisitionSpace>> placesOnObject(const SurfelCloud& cloud) {
+  std::vector<Point3<AcquisitionSpace>> places;
+  for (size_t i = 0; i < cloud.size(); ++i)
+    if (cloud.coverage[i] > 0) places.push_back(cloud.p0[i]);
+  return places;
+}
 
 // Effect of a warp on a surfel: kept or mirrored, or dead if it has no frame.
 enum class Handedness : int8_t { dead = 0, kept = 1, mirrored = -1 };

@@ -11,7 +11,7 @@ Occluders occludersOf(const SurfelCloud& cloud, const LevelsOfDetail& levels, si
   const size_t level = finestLevel(levels, most);
   Occluders occluders;
   for (uint32_t i = 0; i < cloud.size(); ++i) {
-    if (levels.of(i).size() <= level) continue;
+    if (levels.of(i).size() <= level || !(cloud.coverage[i] > 0)) continue;
     occluders.surfels.push_back(i);
     occluders.splats.push_back(levels.of(i)[level]);
   }

@@ -382,9 +382,8 @@ FrameLayers renderFrame(const weights::ReflectanceField& field, const scene::Sce
       litScene(requested, options.environmentError, field, options.shade, workspace.environments, progress);
   beginStats(field, lit, options, stats);
   StageClock clock(stats.seconds, stats.processorSeconds);
-  FrameLayers layers = field.grid && !options.drawsSplats
-                           ? renderPixels(field, lit, options, workspace, clock, progress)
-                           : renderSplats(field, lit, options, workspace, clock, progress);
+  FrameLayers layers = field.grid ? renderPixels(field, lit, options, workspace, clock, progress)
+                                  : renderSplats(field, lit, options, workspace, clock, progress);
   layers.shadow = {};
   if (requested.ground && requested.ground->shadow == 0) {
     layers.shadow = image::Image(layers.color.width, layers.color.height, 1);

@@ -84,7 +84,6 @@ struct FrameOptions {
   // Under kriging and tables, of opaque objects and without environments, the surfels of a patch four times
   // as large blend the weights of its four corners (patch_corners.h). Default: surfelsPerCorner, else 1.
   std::optional<size_t> surfelsPerQuery = {};
-  bool drawsSplats = false;    // draws the surfels of a model with a pixel grid, too, as splats
   double environmentError = 0; // least error of environments (prepared_environment.h)
   std::vector<std::string> aovs;
   std::optional<ErrorModel> errorModel = {}; // of the AOV predicted_error; none: the fitted one
@@ -105,7 +104,7 @@ struct FrameWorkspace {
   std::optional<Occluders> finer;     // those of the ground: at most kMostGroundOccluders
   GroundEnvironments groundLights;
   std::vector<uint64_t>
-      present; // texels of each block of a model with a pixel grid; found by its first frame
+      present; // texels of each block of a model with a pixel grid; 0 until a frame needs the block
   std::optional<CutLevels> levels; // built by the first frame that needs them
   Cut cut;
   Patches patches;            // of at most surfelsPerPatch surfels

@@ -24,12 +24,13 @@ capture::Camera<ObjectSpace> distantCamera(const Direction3<ObjectSpace, double>
 
 DrawnSurfels drawnSurfels(const weights::ReflectanceField& field, size_t most, const Progress& progress) {
   const SurfelCloud& whole = field.cloud;
-  if (whole.size() <= most) return {whole, upTo(whole.size())};
+  const bool areAllOnObject = std::ranges::none_of(whole.coverage, [](float peak) { return peak == 0; });
+  if (areAllOnObject && whole.size() <= most) return {whole, upTo(whole.size())};
   const LevelsOfDetail levels = field.levels ? *field.levels : levelsOfDetail(whole, progress);
   const size_t level = finestLevel(levels, most);
   DrawnSurfels drawn;
   for (uint32_t i = 0; i < whole.size(); ++i)
-    if (levels.of(i).size() > level) drawn.surfels.push_back(i);
+    if (levels.of(i).size() > level && whole.coverage[i] > 0) drawn.surfels.push_back(i);
   drawn.cloud = subsetOf(whole, drawn.surfels);
   for (size_t i = 0; i < drawn.surfels.size(); ++i) {
     const DetailSplat& splat = levels.of(drawn.surfels[i])[level];

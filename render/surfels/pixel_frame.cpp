@@ -3,6 +3,7 @@
 #include "render/surfels/aovs.h"
 #include "render/surfels/queries.h"
 #include "srf/shading/plan.h"
+#include "surfel/base/error.h"
 #include "warp/deform.h"
 
 #include <tbb/enumerable_thread_specific.h>
@@ -14,7 +15,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <string_view>
+#include <utility>
 
 namespace surflect::surfels {
 
@@ -25,35 +26,53 @@ using codec::blockSize;
 constexpr size_t kBlockRowsAtOnce = 16; // of the relit picture
 constexpr int kBandRows = 16;           // of the frame
 
-// A corner of the grid on the screen.
+// A corner of the grid, or of a clipped square, on the screen.
 struct ScreenCorner {
   double x = 0, y = 0;   // pixels
   double depth = 0;      // along the viewing axis
   double inverse = 0;    // 1 / depth for a pinhole camera, else 1
   double projective = 0; // weight of the place in the photograph: depth in the view's camera times `inverse`
-  bool isDrawn = false;
+  bool isAlive = false;  // has a place; `depth` is known
+  bool isDrawn = false;  // and is seen by the lens: all else is known too
 };
 
 double axialDepth(const capture::Lens& lens, double z) {
   return lens.model == capture::Lens::Model::pinhole ? -z : 1;
 }
 
+// A place on the screen. rest: its axial depth in the view's camera at rest.
+ScreenCorner onScreen(const capture::Lens& lens, const Point3<CameraSpace, double>& p, double rest) {
+  ScreenCorner corner{.depth = -p.z(), .isAlive = p.raw().allFinite()};
+  const auto pixel = capture::project(lens, p);
+  if (!corner.isAlive || !pixel || !std::isfinite(pixel->x) || !std::isfinite(pixel->y) || !(rest > 0))
+    return corner;
+  corner.x = pixel->x, corner.y = pixel->y;
+  corner.inverse = 1 / axialDepth(lens, p.z());
+  corner.projective = rest * corner.inverse;
+  corner.isDrawn = true;
+  return corner;
+}
+
+// Axial depth of a corner at rest, in the view's camera.
+double restDepth(const weights::ReflectanceField& field, size_t corner) {
+  const capture::Camera<AcquisitionSpace>& own = field.rig.views[0].camera;
+  return axialDepth(own.lens, own.cameraFromWorld(field.cloud.p0[corner].cast<double>()).z());
+}
+
 std::vector<ScreenCorner> cornersOnScreen(const weights::ReflectanceField& field,
                                           const DeformedCloud& deformed,
                                           const capture::Camera<ObjectSpace>& camera, FrameStats& stats) {
-  const capture::Camera<AcquisitionSpace>& own = field.rig.views[0].camera;
   std::vector<ScreenCorner> corners(deformed.size());
   tbb::parallel_for(size_t{0}, corners.size(), [&](size_t i) {
     if (deformed.handedness[i] == Handedness::dead) return;
-    const auto p = camera.cameraFromWorld(deformed.p[i].cast<double>());
-    const auto pixel = capture::project(camera.lens, p);
-    if (!pixel || !std::isfinite(pixel->x) || !std::isfinite(pixel->y)) return;
-    const double rest = axialDepth(own.lens, own.cameraFromWorld(field.cloud.p0[i].cast<double>()).z());
-    const double inverse = 1 / axialDepth(camera.lens, p.z());
-    if (!(rest > 0)) return;
-    corners[i] = {pixel->x, pixel->y, -p.z(), inverse, rest * inverse, true};
+    corners[i] =
+        onScreen(camera.lens, camera.cameraFromWorld(deformed.p[i].cast<double>()), restDepth(field, i));
   });
-  for (const Handedness handedness : deformed.handedness) stats.splats.dead += handedness == Handedness::dead;
+  for (size_t i = 0; i < corners.size(); ++i)
+    if (deformed.handedness[i] == Handedness::dead)
+      ++stats.splats.dead;
+    else
+      stats.splats.notFinite += !corners[i].isAlive;
   return corners;
 }
 
@@ -78,10 +97,108 @@ double twiceArea(const ScreenCorner& a, const ScreenCorner& b, const ScreenCorne
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Squares that may be seen, by bands of rows of the frame, each in the order of the grid.
+// A corner of a triangle, and its place in the square, 0..1.
+struct Vertex {
+  ScreenCorner corner;
+  double s = 0, t = 0;
+};
+using Triangle = std::array<Vertex, 3>;
+
+double twiceArea(const Triangle& triangle) {
+  return twiceArea(triangle[0].corner, triangle[1].corner, triangle[2].corner);
+}
+
+// The deformed squares as triangles on the screen. Its arguments must outlive it.
+class Surface {
+public:
+  Surface(const weights::ReflectanceField& field, const DeformedCloud& deformed,
+          const capture::Camera<ObjectSpace>& camera, std::span<const ScreenCorner> corners)
+      : field_(field), deformed_(deformed), camera_(camera), corners_(corners), squares_{*field.grid} {}
+
+  enum class Fate { shown, dead, tooNear, unseen };
+
+  // Calls use(triangle) for the triangles of a square that are in front of the camera: two, or what the
+  // near plane leaves of them.
+  template <class Use> Fate triangles(uint32_t square, const Use& use) const {
+    constexpr std::array<std::array<double, 2>, 4> kPlaces{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    const std::array<size_t, 4> of = squares_.corners(square);
+    std::array<Vertex, 4> vertices;
+    bool areDrawn = true;
+    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+    for (size_t i = 0; i < 4; ++i) {
+      const ScreenCorner& corner = corners_[of[i]];
+      if (!corner.isAlive) return Fate::dead;
+      vertices[i] = {corner, kPlaces[i][0], kPlaces[i][1]};
+      areDrawn = areDrawn && corner.isDrawn;
+      nearest = std::min(nearest, corner.depth), farthest = std::max(farthest, corner.depth);
+    }
+    const double near = kNearest * farthest;
+    if (camera_.lens.model != capture::Lens::Model::pinhole || nearest >= near) {
+      if (!areDrawn) return nearest > 0 ? Fate::unseen : Fate::tooNear;
+      use(Triangle{vertices[0], vertices[1], vertices[2]});
+      use(Triangle{vertices[0], vertices[2], vertices[3]});
+      return Fate::shown;
+    }
+    if (!(farthest > 0)) return Fate::tooNear;
+    bool isShown = clip({of[0], of[1], of[2]}, {vertices[0], vertices[1], vertices[2]}, near, use);
+    isShown = clip({of[0], of[2], of[3]}, {vertices[0], vertices[2], vertices[3]}, near, use) || isShown;
+    return isShown ? Fate::shown : Fate::tooNear;
+  }
+
+private:
+  // Nearest depth of a square that is drawn, over that of its farthest corner: places on the screen are then
+  // never far beyond it.
+  static constexpr double kNearest = 1e-3;
+
+  // The part of a triangle beyond a depth. Places in the photograph are projective: s and t times the depth
+  // at rest are linear on the surface.
+  template <class Use>
+  bool clip(const std::array<size_t, 3>& of, const Triangle& triangle, double near, const Use& use) const {
+    struct Corner {
+      Vec3<double> p;
+      double rest, s, t; // s and t times rest
+    };
+    std::array<Corner, 3> corners;
+    for (size_t i = 0; i < 3; ++i) {
+      const double rest = restDepth(field_, of[i]);
+      corners[i] = {camera_.cameraFromWorld(deformed_.p[of[i]].cast<double>()).raw(), rest,
+                    rest * triangle[i].s, rest * triangle[i].t};
+    }
+    std::array<Vertex, 4> kept;
+    size_t count = 0;
+    const auto keep = [&](const Corner& corner) {
+      const auto place = assume<Point3<CameraSpace, double>>(corner.p);
+      kept[count++] = {onScreen(camera_.lens, place, corner.rest), corner.s / corner.rest,
+                       corner.t / corner.rest};
+    };
+    for (size_t i = 0; i < 3; ++i) {
+      const Corner &from = corners[i], &to = corners[(i + 1) % 3];
+      const double ahead = -from.p.z() - near, next = -to.p.z() - near;
+      if (ahead >= 0) keep(from);
+      if ((ahead >= 0) == (next >= 0)) continue;
+      const double along = ahead / (ahead - next);
+      Corner cut{from.p + along * (to.p - from.p), from.rest + along * (to.rest - from.rest),
+                 from.s + along * (to.s - from.s), from.t + along * (to.t - from.t)};
+      cut.p.z() = -near;
+      keep(cut);
+    }
+    for (size_t i = 0; i < count; ++i)
+      if (!kept[i].corner.isDrawn) return false;
+    for (size_t i = 2; i < count; ++i) use(Triangle{kept[0], kept[i - 1], kept[i]});
+    return count > 2;
+  }
+
+  const weights::ReflectanceField& field_;
+  const DeformedCloud& deformed_;
+  const capture::Camera<ObjectSpace>& camera_;
+  std::span<const ScreenCorner> corners_;
+  Squares squares_;
+};
+
+// Squares that face the camera within the picture.
 struct Visible {
-  std::vector<size_t> first; // per band, then the end
-  std::vector<uint32_t> squares;
+  std::vector<size_t> first; // of each band of rows of the frame, its first entry in `squares`; then the end
+  std::vector<uint32_t> squares;   // of each band, in the order of the grid
   std::vector<uint8_t> needsBlock; // per block of the view
   int finest = 0;                  // least halvings of the picture that a square is drawn from
 };
@@ -92,62 +209,111 @@ float levelOf(double texels, double pixels) {
   return pixels * kAlike >= texels ? 0.f : static_cast<float>(0.5 * std::log2(texels / pixels));
 }
 
+// Pixels of the picture on a triangle.
+double texelsOf(const Triangle& triangle, int step) {
+  const auto& [a, b, c] = triangle;
+  return 0.5 * std::abs((b.s - a.s) * (c.t - a.t) - (b.t - a.t) * (c.s - a.s)) * step * step;
+}
+
 constexpr int kMostHalvings = 3; // within a block
 
-Visible visibleSquares(const weights::ReflectanceField& field, std::span<const ScreenCorner> corners,
+constexpr float kCoarsest = 16; // halvings
+
+// Pixels beside a place that a look-up between halvings may read: two pixels of the coarser picture.
+double reachOf(float level) {
+  return std::ldexp(2.0, static_cast<int>(std::ceil(std::min(level, kCoarsest))));
+}
+
+Visible visibleSquares(const weights::ReflectanceField& field, const Surface& surface,
                        const DeformedCloud& deformed, const capture::Lens& lens, FrameStats& stats,
                        const Progress& progress) {
   const Squares squares{*field.grid};
   const codec::ViewHeader& view = field.files[0].header();
-  const double texels = 1.0 * field.grid->step * field.grid->step;
   const int bands = (lens.height + kBandRows - 1) / kBandRows;
+  const auto bandAt = [&](double y) {
+    return static_cast<int>(std::clamp(std::floor(y / kBandRows), 0.0, static_cast<double>(bands)));
+  };
   struct Extent {
     int begin = 0, end = 0; // bands
+    float level = 0;        // coarsest
+  };
+  struct Counts {
+    size_t back = 0, outside = 0, tooNear = 0;
+    float finest = std::numeric_limits<float>::infinity();
   };
   std::vector<Extent> extents(squares.count());
-  std::vector<float> levels(static_cast<size_t>(squares.down()), std::numeric_limits<float>::infinity());
-  std::vector<size_t> back(levels.size()), outside(levels.size());
+  std::vector<Counts> counts(static_cast<size_t>(squares.down()));
   tbb::parallel_for(0, squares.down(), [&](int row) {
     progress.checkpoint();
+    Counts& count = counts[static_cast<size_t>(row)];
     for (int column = 0; column < squares.across(); ++column) {
       const uint32_t square = squares.number(column, row);
-      const auto [a, b, c, d] = squares.corners(square);
-      const ScreenCorner &ca = corners[a], &cb = corners[b], &cc = corners[c], &cd = corners[d];
-      if (!ca.isDrawn || !cb.isDrawn || !cc.isDrawn || !cd.isDrawn) continue;
-      const double side = deformed.handedness[a] == Handedness::mirrored ? -1 : 1;
-      const double first = side * twiceArea(ca, cb, cc), second = side * twiceArea(ca, cc, cd);
-      if (!(first > 0) && !(second > 0)) {
-        ++back[static_cast<size_t>(row)];
-        continue;
+      const double side = deformed.handedness[squares.corners(square)[0]] == Handedness::mirrored ? -1 : 1;
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      double left = kInfinity, right = -kInfinity, top = kInfinity, bottom = -kInfinity, area = 0;
+      float finest = std::numeric_limits<float>::infinity(), coarsest = 0;
+      const Surface::Fate fate = surface.triangles(square, [&](const Triangle& triangle) {
+        const double twice = side * twiceArea(triangle);
+        if (!(twice > 0)) return;
+        area += twice / 2;
+        const float level = levelOf(texelsOf(triangle, field.grid->step), twice / 2);
+        finest = std::min(finest, level), coarsest = std::max(coarsest, level);
+        for (const Vertex& vertex : triangle) {
+          left = std::min(left, vertex.corner.x), right = std::max(right, vertex.corner.x);
+          top = std::min(top, vertex.corner.y), bottom = std::max(bottom, vertex.corner.y);
+        }
+      });
+      if (fate == Surface::Fate::dead) continue;
+      if (fate == Surface::Fate::tooNear) {
+        ++count.tooNear;
+      } else if (fate == Surface::Fate::shown && !(area > 0)) {
+        ++count.back;
+      } else if (!(right > 0.5 && left < lens.width - 0.5 && bottom > 0.5 && top < lens.height - 0.5)) {
+        ++count.outside;
+      } else {
+        extents[square] = {bandAt(top - 1), std::min(bands, bandAt(bottom + 1) + 1), coarsest};
+        count.finest = std::min(count.finest, finest);
       }
-      const auto [left, right] = std::minmax({ca.x, cb.x, cc.x, cd.x});
-      const auto [top, bottom] = std::minmax({ca.y, cb.y, cc.y, cd.y});
-      if (!(right > 0.5 && left < lens.width - 0.5 && bottom > 0.5 && top < lens.height - 0.5)) {
-        ++outside[static_cast<size_t>(row)];
-        continue;
-      }
-      extents[square] = {std::max(0, static_cast<int>(std::floor(top - 1)) / kBandRows),
-                         std::min(bands, static_cast<int>(bottom + 1) / kBandRows + 1)};
-      float& least = levels[static_cast<size_t>(row)];
-      least = std::min(least, levelOf(texels, (std::max(first, 0.0) + std::max(second, 0.0)) / 2));
     }
   });
   Visible visible;
-  visible.needsBlock.resize(view.cells());
   visible.first.assign(static_cast<size_t>(bands) + 1, 0);
-  const int perBlock = blockSize / field.grid->step;
+  const int perBlock = blockSize / field.grid->step, across = view.blocksAcross(), down = view.blocksDown();
+  std::vector<float> coarsest(view.cells(), -1); // of each block's squares
   for (uint32_t square = 0; square < extents.size(); ++square) {
-    const auto [begin, end] = extents[square];
+    const auto [begin, end, level] = extents[square];
     for (int band = begin; band < end; ++band) ++visible.first[static_cast<size_t>(band) + 1];
     if (begin == end) continue;
     ++stats.splats.drawn;
-    // The neighbours of its block too, from which pixels at the border are interpolated.
-    const int x = squares.columnOf(square) / perBlock, y = squares.rowOf(square) / perBlock;
-    for (int j = std::max(0, y - 1); j <= std::min(view.blocksDown() - 1, y + 1); ++j)
-      for (int i = std::max(0, x - 1); i <= std::min(view.blocksAcross() - 1, x + 1); ++i)
-        visible.needsBlock[static_cast<size_t>(j) * static_cast<size_t>(view.blocksAcross()) +
-                           static_cast<size_t>(i)] = 1;
+    float& ofBlock =
+        coarsest[static_cast<size_t>(squares.rowOf(square) / perBlock) * static_cast<size_t>(across) +
+                 static_cast<size_t>(squares.columnOf(square) / perBlock)];
+    ofBlock = std::max(ofBlock, level);
   }
+  // Blocks within reach of look-ups: a rectangle around each block, added up from its corners.
+  std::vector<int> added(static_cast<size_t>(across + 1) * static_cast<size_t>(down + 1));
+  const auto at = [&](int x, int y) -> int& {
+    return added[static_cast<size_t>(y) * static_cast<size_t>(across + 1) + static_cast<size_t>(x)];
+  };
+  for (int y = 0; y < down; ++y)
+    for (int x = 0; x < across; ++x) {
+      const float level =
+          coarsest[static_cast<size_t>(y) * static_cast<size_t>(across) + static_cast<size_t>(x)];
+      if (level < 0) continue;
+      const int reach = static_cast<int>(std::ceil(reachOf(level) / blockSize));
+      const int left = std::max(0, x - reach), right = std::min(across, x + reach + 1),
+                top = std::max(0, y - reach), bottom = std::min(down, y + reach + 1);
+      ++at(left, top), --at(right, top), --at(left, bottom), ++at(right, bottom);
+    }
+  visible.needsBlock.resize(view.cells());
+  for (int y = 0; y < down; ++y)
+    for (int x = 0; x < across; ++x) {
+      if (x > 0) at(x, y) += at(x - 1, y);
+      if (y > 0) at(x, y) += at(x, y - 1);
+      if (x > 0 && y > 0) at(x, y) -= at(x - 1, y - 1);
+      visible.needsBlock[static_cast<size_t>(y) * static_cast<size_t>(across) + static_cast<size_t>(x)] =
+          at(x, y) > 0;
+    }
   for (size_t band = 0; band + 1 < visible.first.size(); ++band)
     visible.first[band + 1] += visible.first[band];
   visible.squares.resize(visible.first.back());
@@ -155,27 +321,34 @@ Visible visibleSquares(const weights::ReflectanceField& field, std::span<const S
   for (uint32_t square = 0; square < extents.size(); ++square)
     for (int band = extents[square].begin; band < extents[square].end; ++band)
       visible.squares[next[static_cast<size_t>(band)]++] = square;
-  for (const size_t count : back) stats.splats.backFacing += count;
-  for (const size_t count : outside) stats.splats.outside += count;
-  const float least = *std::ranges::min_element(levels);
+  float least = std::numeric_limits<float>::infinity();
+  for (const Counts& count : counts) {
+    stats.splats.backFacing += count.back;
+    stats.splats.outside += count.outside;
+    stats.splats.tooNear += count.tooNear;
+    least = std::min(least, count.finest);
+  }
   visible.finest = std::isfinite(least) ? std::min(kMostHalvings, static_cast<int>(least)) : 0;
   return visible;
 }
 
-// Light rows at corners: what the planner answers for some rows of the grid.
+// Weights of captured lights at corners of the grid, for some rows of it at a time.
 class CornerRows {
 public:
   CornerRows(const weights::ReflectanceField& field, const LitScene& lit, const DeformedCloud& tangents,
              const weights::ShadeOptions& options, const Progress& progress)
-      : field_(field), lit_(lit), tangents_(tangents), progress_(progress),
-        planOf_(field.cloud.size(), kNone), cameraBlend(options.showsBlends ? field.cloud.size() : 0),
-        lightBlend(cameraBlend.size()) {
+      : cameraBlend(options.showsBlends ? field.cloud.size() : 0), lightBlend(cameraBlend.size()),
+        field_(field), lit_(lit), tangents_(tangents), progress_(progress),
+        planOf_(field.cloud.size(), kNone) {
     write({});
     planner_.emplace(field, batch_, options);
   }
 
+  std::vector<Rgb> cameraBlend, lightBlend; // of the corners asked so far, if the options show blends
+
   // Asks for corners, ascending; earlier answers are forgotten.
   void ask(std::vector<uint32_t> corners, FrameStats& stats) {
+    for (const uint32_t corner : corners) stats.visible += planOf_[corner] == kNone;
     for (const uint32_t corner : asked_) planOf_[corner] = kNone;
     asked_ = std::move(corners);
     write(asked_);
@@ -290,9 +463,6 @@ private:
   std::vector<uint32_t> asked_;
   std::vector<uint32_t> planOf_; // of each corner, its query
   std::vector<Plan> plans_;
-
-public:
-  std::vector<Rgb> cameraBlend, lightBlend; // of the corners asked so far, if the options show blends
 };
 
 // Working memory of a thread.
@@ -301,8 +471,8 @@ struct BlockScratch {
   std::array<float, size_t{4} * codec::blockTexels> texels;
 };
 
-// Colours of a block's texels, RGBA and premultiplied, under the weights at its corners. alpha: of its
-// texels.
+// Colours of a block's texels, RGBA and premultiplied, under the weights at its corners. A corner without
+// weights takes those of the nearest one; a block without any is transparent. alpha: of its texels.
 void relightBlock(const weights::PixelGrid& grid, const CornerRows& rows, codec::BlockPosition block,
                   const codec::BlockTerms& terms, std::span<const float> alpha, BlockScratch& scratch) {
   const int perBlock = blockSize / grid.step;
@@ -311,20 +481,41 @@ void relightBlock(const weights::PixelGrid& grid, const CornerRows& rows, codec:
     return grid.corner(std::min(grid.columns - 1, block.x * perBlock + static_cast<int>(i)),
                        std::min(grid.rows - 1, block.y * perBlock + static_cast<int>(j)));
   };
-  const size_t first = cornerAt(0, 0);
-  bool areSame = rows.isKnown(first), areKnown = areSame;
+  // The known corner that stands for each corner of the block.
+  constexpr size_t kNowhere = ~size_t{0};
+  std::array<size_t, size_t{9} * 9> standIns; // step 1 has 9 corners along a side
+  size_t first = kNowhere;
+  bool areSame = true;
   for (size_t j = 0; j < side; ++j)
     for (size_t i = 0; i < side; ++i) {
       const size_t corner = cornerAt(i, j);
-      areKnown = areKnown && rows.isKnown(corner);
-      areSame = areSame && areKnown && rows.isSame(first, corner);
+      const bool isKnown = rows.isKnown(corner);
+      standIns[j * side + i] = isKnown ? corner : kNowhere;
+      if (!isKnown) continue;
+      if (first == kNowhere) first = corner;
+      areSame = areSame && rows.isSame(first, corner);
     }
+  if (first == kNowhere) {
+    scratch.texels.fill(0);
+    return;
+  }
   const size_t sides = areSame ? 1 : side;
+  if (areSame) standIns[0] = first;
   scratch.corners.assign(sides * sides * 3 * stride, 0);
-  for (size_t j = 0; j < sides; ++j)
-    for (size_t i = 0; i < sides; ++i)
-      if (const size_t corner = cornerAt(i, j); stride > 0 && rows.isKnown(corner))
-        rows.coefficientsAt(corner, terms, &scratch.corners[(j * sides + i) * 3 * stride], scratch.sums);
+  for (size_t j = 0; j < sides && stride > 0; ++j)
+    for (size_t i = 0; i < sides; ++i) {
+      size_t corner = standIns[j * side + i];
+      if (corner == kNowhere) {
+        size_t least = kNowhere;
+        for (size_t y = 0; y < side; ++y)
+          for (size_t x = 0; x < side; ++x) {
+            if (standIns[y * side + x] == kNowhere) continue;
+            const size_t dx = x > i ? x - i : i - x, dy = y > j ? y - j : j - y;
+            if (dx * dx + dy * dy < least) least = dx * dx + dy * dy, corner = standIns[y * side + x];
+          }
+      }
+      rows.coefficientsAt(corner, terms, &scratch.corners[(j * sides + i) * 3 * stride], scratch.sums);
+    }
   scratch.blended.resize(3 * stride);
   for (int y = 0; y < blockSize; ++y)
     for (int x = 0; x < blockSize; ++x) {
@@ -361,19 +552,23 @@ void relightBlock(const weights::PixelGrid& grid, const CornerRows& rows, codec:
     }
 }
 
-// Texels that hold the object, in each stored block: from the blocks themselves, which are all read once.
-std::vector<uint64_t> presentTexels(const codec::ViewFile& file, const Progress& progress) {
-  std::vector<uint64_t> present(file.blockCount());
+// Finds out which texels of blocks hold the object, where that is not yet known: 0. A stored block has some.
+void findPresent(const codec::ViewFile& file, std::span<const codec::BlockKey> blocks,
+                 std::vector<uint64_t>& present, const Progress& progress) {
+  present.resize(file.blockCount());
+  std::vector<uint32_t> missing;
+  for (const codec::BlockKey& key : blocks)
+    if (present[key.block] == 0) missing.push_back(key.block);
   constexpr size_t kAtOnce = 256;
-  const size_t parts = (present.size() + kAtOnce - 1) / kAtOnce;
-  tbb::parallel_for(size_t{0}, parts, [&](size_t part) {
+  tbb::parallel_for(size_t{0}, (missing.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
     progress.checkpoint();
-    std::vector<uint32_t> stretch;
-    for (size_t b = part * kAtOnce; b < std::min(present.size(), (part + 1) * kAtOnce); ++b)
-      stretch.push_back(static_cast<uint32_t>(b));
-    file.read(stretch, [&](size_t i, const codec::Block& block) { present[stretch[i]] = block.present; });
+    for (size_t begin = part * kAtOnce, end = std::min(missing.size(), begin + kAtOnce); begin < end;) {
+      const auto rest = std::span(missing).subspan(begin, end - begin);
+      const auto stretch = rest.first(file.readRunLength(rest));
+      file.read(stretch, [&](size_t i, const codec::Block& block) { present[stretch[i]] = block.present; });
+      begin += stretch.size();
+    }
   });
-  return present;
 }
 
 // The view's picture under the lights of the scene: RGBA, premultiplied, halved `halvings` times.
@@ -393,9 +588,8 @@ image::Image relit(const weights::ReflectanceField& field, CornerRows& rows, con
     const int bottom = std::min(down, top + static_cast<int>(kBlockRowsAtOnce));
     std::vector<codec::BlockKey> keys;
     std::vector<codec::BlockPosition> places;
-    std::vector<uint8_t> wanted(grid.corners() > 0 ? static_cast<size_t>((bottom - top) * perBlock + 1) *
-                                                         static_cast<size_t>(grid.columns)
-                                                   : 0);
+    std::vector<uint8_t> wanted(static_cast<size_t>((bottom - top) * perBlock + 1) *
+                                static_cast<size_t>(grid.columns));
     for (int y = top; y < bottom; ++y)
       for (int x = 0; x < across; ++x) {
         if (!visible
@@ -416,10 +610,11 @@ image::Image relit(const weights::ReflectanceField& field, CornerRows& rows, con
     std::vector<uint32_t> asked;
     const size_t firstCorner = grid.corner(0, top * perBlock);
     for (size_t i = 0; i < wanted.size(); ++i)
-      if (wanted[i] && corners[firstCorner + i].isDrawn)
+      if (wanted[i] && corners[firstCorner + i].isAlive && field.cloud.coverage[firstCorner + i] > 0)
         asked.push_back(static_cast<uint32_t>(firstCorner + i));
     rows.ask(std::move(asked), workspace.stats);
     workspace.cache.fetch(keys, progress);
+    findPresent(file, keys, workspace.present, progress);
     tbb::parallel_for(size_t{0}, keys.size(), [&](size_t k) {
       BlockScratch& scratch = scratches.local();
       const auto [bx, by] = places[k];
@@ -521,7 +716,7 @@ private:
   std::vector<image::Image> levels_;
 };
 
-// What a pixel of the frame shows.
+// A place on a square that a pixel of the frame shows.
 struct Hit {
   float depth = std::numeric_limits<float>::infinity();
   uint32_t square = 0;
@@ -540,109 +735,171 @@ struct CornerAov {
   std::function<Vec3<float>(size_t corner)> at;
 };
 
-std::map<std::string, CornerAov, std::less<>>
-cornerAovs(const weights::ReflectanceField& field, const DeformedCloud& deformed, const CornerRows& rows) {
-  const auto normal = [&](size_t corner) -> Vec3<float> {
+std::map<std::string, CornerAov, std::less<>> cornerAovs(const weights::ReflectanceField& field,
+                                                         const DeformedCloud& deformed,
+                                                         const CornerRows& rows,
+                                                         std::span<const std::string> asked) {
+  const auto normalAt = [&](size_t corner) -> Vec3<float> {
+    if (deformed.handedness[corner] == Handedness::dead) return Vec3<float>::Zero();
     const auto tangents =
         polarFrame<double>(deformed.u[corner].raw().cast<double>(), deformed.v[corner].raw().cast<double>());
     if (!tangents) return Vec3<float>::Zero();
     return (static_cast<double>(deformed.handedness[corner]) * tangents->n).cast<float>();
   };
-  const auto stretch = [&](size_t corner) -> Vec3<float> {
+  const auto stretchAt = [&](size_t corner) -> Vec3<float> {
+    if (deformed.handedness[corner] == Handedness::dead) return Vec3<float>::Zero();
     const double ratio =
         stretchOf(deformed.u[corner].raw().cast<double>(), deformed.v[corner].raw().cast<double>());
     return {static_cast<float>(ratio), 0, 0};
   };
+  // Values that need work are computed once for each corner, as many pixels may share it.
+  const auto atEach = [&](const char* name, const auto& at) {
+    std::vector<Vec3<float>> values(std::ranges::count(asked, name) > 0 ? deformed.size() : 0);
+    tbb::parallel_for(size_t{0}, values.size(), [&](size_t corner) { values[corner] = at(corner); });
+    return [values = std::move(values)](size_t corner) -> Vec3<float> { return values[corner]; };
+  };
   const auto blend = [](const std::vector<Rgb>& of) {
     return [&of](size_t corner) -> Vec3<float> { return {of[corner].r, of[corner].g, of[corner].b}; };
   };
-  return {{"normal", {3, normal}},
+  return {{"normal", {3, atEach("normal", normalAt)}},
           {"position", {3, [&](size_t corner) -> Vec3<float> { return deformed.p[corner].raw(); }}},
           {"rest", {3, [&](size_t corner) -> Vec3<float> { return field.cloud.p0[corner].raw(); }}},
-          {"stretch", {1, stretch}},
+          {"stretch", {1, atEach("stretch", stretchAt)}},
           {"camera_blend", {3, blend(rows.cameraBlend)}},
           {"light_blend", {3, blend(rows.lightBlend)}}};
 }
 
-// Draws squares, each as two triangles, into the rows of a band.
+// Draws squares into the rows of a band, and composites them from front to back.
 class BandPainter {
 public:
-  BandPainter(const weights::ReflectanceField& field, std::span<const ScreenCorner> corners,
-              const DeformedCloud& deformed, const capture::Camera<ObjectSpace>& camera,
-              const Pyramid& pyramid, image::Image& color)
-      : field_(field), corners_(corners), deformed_(deformed),
+  BandPainter(const weights::ReflectanceField& field, const Surface& surface, const DeformedCloud& deformed,
+              const capture::Camera<ObjectSpace>& camera, const Pyramid& pyramid, image::Image& color)
+      : field_(field), surface_(surface), deformed_(deformed),
         isPinhole_(camera.lens.model == capture::Lens::Model::pinhole), pyramid_(pyramid), color_(color) {}
 
   // Draws the rows [top, bottom).
   void paint(std::span<const uint32_t> squares, int top, int bottom) {
     top_ = top, bottom_ = bottom;
     hits_.assign(static_cast<size_t>(bottom - top) * static_cast<size_t>(color_.width), {});
-    for (const uint32_t square : squares) draw(square);
+    fragments_.clear();
+    const Squares grid{*field_.grid};
+    for (const uint32_t square : squares) {
+      const double side = deformed_.handedness[grid.corners(square)[0]] == Handedness::mirrored ? -1 : 1;
+      surface_.triangles(square, [&](const Triangle& triangle) { draw(square, triangle, side); });
+    }
+    composite();
   }
+  // The place that gives most of a pixel's colour.
   const Hit& hitAt(int x, int y) const {
     return hits_[static_cast<size_t>(y - top_) * static_cast<size_t>(color_.width) + static_cast<size_t>(x)];
   }
 
 private:
-  struct Vertex {
-    const ScreenCorner* corner;
-    double s, t;
+  // From this alpha on, nothing behind shows: the rest is rounding of look-ups.
+  static constexpr float kOpaque = 1 - 1e-4f;
+
+  struct Fragment {
+    size_t pixel;
+    Hit hit;
+    std::array<float, 4> color;
   };
 
-  void draw(uint32_t square) {
-    const auto [a, b, c, d] = Squares{*field_.grid}.corners(square);
-    const std::array vertices{Vertex{&corners_[a], 0, 0}, Vertex{&corners_[b], 1, 0},
-                              Vertex{&corners_[c], 1, 1}, Vertex{&corners_[d], 0, 1}};
-    const double side = deformed_.handedness[a] == Handedness::mirrored ? -1 : 1;
-    draw(square, {vertices[0], vertices[1], vertices[2]}, side);
-    draw(square, {vertices[0], vertices[2], vertices[3]}, side);
+  // Cross product of the sides from a pixel to two vertices. It changes sign, and nothing else, if they are
+  // exchanged.
+  static double edge(double x, double y, const ScreenCorner& a, const ScreenCorner& b) {
+    const double ahead = (a.x - x) * (b.y - y), behind = (a.y - y) * (b.x - x);
+    return ahead - behind;
   }
 
-  void draw(uint32_t square, const std::array<Vertex, 3>& vertices, double side) {
-    const ScreenCorner &a = *vertices[0].corner, &b = *vertices[1].corner, &c = *vertices[2].corner;
+  // Whether an edge of a triangle keeps a pixel: on the edge, one of the two triangles that share it does.
+  static bool isInside(double cross, double side, const ScreenCorner& a, const ScreenCorner& b) {
+    if (cross != 0) return side * cross > 0;
+    const double dy = side * (b.y - a.y), dx = side * (b.x - a.x);
+    return dy > 0 || (dy == 0 && dx < 0);
+  }
+
+  void draw(uint32_t square, const Triangle& vertices, double side) {
+    const ScreenCorner &a = vertices[0].corner, &b = vertices[1].corner, &c = vertices[2].corner;
     const double area = twiceArea(a, b, c);
-    if (!(side * area > 0)) return;
-    constexpr double kEdge = -1e-9; // of the area: no gaps between triangles
+    if (!(side * area > 0) || !std::isfinite(area)) return;
     const int step = field_.grid->step;
-    const float level = levelOf(1.0 * step * step, std::abs(area));
+    const float level = levelOf(texelsOf(vertices, step), std::abs(area) / 2);
     const double column = Squares{*field_.grid}.columnOf(square), row = Squares{*field_.grid}.rowOf(square);
     const codec::ViewHeader& view = field_.files[0].header();
-    const int left = std::max(0, static_cast<int>(std::ceil(std::min({a.x, b.x, c.x}) - 0.5 - 1e-6))),
-              right = std::min(color_.width - 1,
-                               static_cast<int>(std::floor(std::max({a.x, b.x, c.x}) - 0.5 + 1e-6))),
-              upper = std::max(top_, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}) - 0.5 - 1e-6))),
-              lower =
-                  std::min(bottom_ - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}) - 0.5 + 1e-6)));
-    for (int y = upper; y <= lower; ++y)
-      for (int x = left; x <= right; ++x) {
-        const ScreenCorner p{x + 0.5, y + 0.5};
-        const double wa = twiceArea(p, b, c) / area, wb = twiceArea(a, p, c) / area, wc = 1 - wa - wb;
-        if (wa < kEdge || wb < kEdge || wc < kEdge) continue;
+    // The first pixel of [low, high) whose middle is not before a place; and the first beyond it.
+    const auto from = [](double place, int low, int high) {
+      return static_cast<int>(std::clamp(std::ceil(place - 0.5 - 1e-6), 1.0 * low, 1.0 * high));
+    };
+    const auto beyond = [](double place, int low, int high) {
+      return static_cast<int>(std::clamp(std::floor(place + 0.5 + 1e-6), 1.0 * low, 1.0 * high));
+    };
+    const int left = from(std::min({a.x, b.x, c.x}), 0, color_.width),
+              right = beyond(std::max({a.x, b.x, c.x}), 0, color_.width),
+              upper = from(std::min({a.y, b.y, c.y}), top_, bottom_),
+              lower = beyond(std::max({a.y, b.y, c.y}), top_, bottom_);
+    for (int y = upper; y < lower; ++y)
+      for (int x = left; x < right; ++x) {
+        const double px = x + 0.5, py = y + 0.5;
+        const double ea = edge(px, py, b, c), eb = edge(px, py, c, a), ec = edge(px, py, a, b);
+        if (!isInside(ea, side, b, c) || !isInside(eb, side, c, a) || !isInside(ec, side, a, b)) continue;
+        const double wa = ea / area, wb = eb / area, wc = 1 - wa - wb;
         const double depth = isPinhole_ ? 1 / (wa * a.inverse + wb * b.inverse + wc * c.inverse)
                                         : wa * a.depth + wb * b.depth + wc * c.depth;
-        Hit& hit =
-            hits_[static_cast<size_t>(y - top_) * static_cast<size_t>(color_.width) + static_cast<size_t>(x)];
-        if (!(depth < static_cast<double>(hit.depth))) continue;
+        const size_t pixel =
+            static_cast<size_t>(y - top_) * static_cast<size_t>(color_.width) + static_cast<size_t>(x);
+        Hit& opaque = hits_[pixel];
+        if (!(depth < static_cast<double>(opaque.depth))) continue;
         const double qa = wa * a.projective, qb = wb * b.projective, qc = wc * c.projective, q = qa + qb + qc;
         const double s = (qa * vertices[0].s + qb * vertices[1].s + qc * vertices[2].s) / q,
                      t = (qa * vertices[0].t + qb * vertices[1].t + qc * vertices[2].t) / q;
-        const double px = step * (column + s), py = step * (row + t);
-        if (px >= view.width || py >= view.height) continue; // beside the picture
-        const std::array<float, 4> color = pyramid_.at(px, py, level);
+        const double u = step * (column + s), v = step * (row + t);
+        if (!(u < view.width && v < view.height)) continue; // beside the picture
+        const std::array<float, 4> color = pyramid_.at(u, v, level);
         if (!(color[3] > 0)) continue;
-        hit = {static_cast<float>(depth), square, static_cast<float>(s), static_cast<float>(t)};
+        const Hit hit{static_cast<float>(depth), square, static_cast<float>(s), static_cast<float>(t)};
+        if (color[3] < kOpaque) {
+          fragments_.push_back({pixel, hit, color});
+          continue;
+        }
+        opaque = hit;
         std::ranges::copy(color, color_.at(x, y).begin());
       }
   }
 
+  // Puts fragments before the opaque places of their pixels.
+  void composite() {
+    std::ranges::stable_sort(fragments_, {}, [](const Fragment& fragment) {
+      return std::pair(fragment.pixel, fragment.hit.depth);
+    });
+    for (size_t i = 0; i < fragments_.size();) {
+      const size_t pixel = fragments_[i].pixel;
+      Hit& opaque = hits_[pixel];
+      Hit heaviest = opaque;
+      std::array<float, 4> sum{};
+      float most = 0, left = 1; // of the light that passes
+      for (; i < fragments_.size() && fragments_[i].pixel == pixel; ++i) {
+        const auto& [_, hit, color] = fragments_[i];
+        if (!(hit.depth < opaque.depth)) continue;
+        if (const float share = left * color[3]; share > most) most = share, heaviest = hit;
+        for (size_t c = 0; c < 4; ++c) sum[c] += left * color[c];
+        left *= 1 - color[3];
+      }
+      const auto own = color_.at(static_cast<int>(pixel % static_cast<size_t>(color_.width)),
+                                 top_ + static_cast<int>(pixel / static_cast<size_t>(color_.width)));
+      for (size_t c = 0; c < 4; ++c) own[c] = sum[c] + left * own[c];
+      if (!std::isfinite(opaque.depth) || most > left) opaque = heaviest;
+    }
+  }
+
   const weights::ReflectanceField& field_;
-  std::span<const ScreenCorner> corners_;
+  const Surface& surface_;
   const DeformedCloud& deformed_;
   const bool isPinhole_;
   const Pyramid& pyramid_;
   image::Image& color_;
   int top_ = 0, bottom_ = 0;
-  std::vector<Hit> hits_;
+  std::vector<Hit> hits_;           // the nearest opaque ones
+  std::vector<Fragment> fragments_; // translucent
 };
 
 } // namespace
@@ -651,16 +908,18 @@ FrameLayers renderPixels(const weights::ReflectanceField& field, const LitScene&
                          const FrameOptions& options, FrameWorkspace& workspace, StageClock& clock,
                          const Progress& progress) {
   assert(field.grid && field.files.size() == 1);
+  for (const std::string& aov : options.aovs)
+    if (aov == "predicted_error") throw Error::mismatch("another AOV of a model with a pixel grid", aov);
   const scene::Scene& scene = lit.scene;
   FrameStats& stats = workspace.stats;
   DeformedCloud& deformed = workspace.deformed;
   deformed = warp::deform(field.cloud, scene.warp, progress, std::move(deformed));
   stats.surfels = field.cloud.size();
-  if (workspace.present.empty()) workspace.present = presentTexels(field.files[0], progress);
   clock.finish("warp");
 
   const std::vector<ScreenCorner> corners = cornersOnScreen(field, deformed, scene.camera, stats);
-  const Visible visible = visibleSquares(field, corners, deformed, scene.camera.lens, stats, progress);
+  const Surface surface(field, deformed, scene.camera, corners);
+  const Visible visible = visibleSquares(field, surface, deformed, scene.camera.lens, stats, progress);
   clock.finish("splat");
 
   const DeformedCloud turned = withTangents(options.tangents, deformed, field, {}, progress);
@@ -670,7 +929,6 @@ FrameLayers renderPixels(const weights::ReflectanceField& field, const LitScene&
       options.aovs, [](const std::string& aov) { return aov == "camera_blend" || aov == "light_blend"; });
   CornerRows rows(field, lit, options.tangents == Tangents::polar ? deformed : turned, shade, progress);
   image::Image picture = relit(field, rows, visible, corners, options, workspace, progress);
-  stats.visible = stats.queries;
   clock.finish("look-up");
 
   FrameLayers layers = std::move(workspace.layers);
@@ -678,17 +936,16 @@ FrameLayers renderPixels(const weights::ReflectanceField& field, const LitScene&
   layers.color = image::Image(lens.width, lens.height, 4);
   std::erase_if(layers.aovs,
                 [&](const auto& aov) { return std::ranges::count(options.aovs, aov.first) == 0; });
-  const auto aovs = cornerAovs(field, deformed, rows);
+  const auto aovs = cornerAovs(field, deformed, rows, options.aovs);
   for (const std::string& name : options.aovs) {
     const bool isDepth = name == "depth";
     layers.aovs[name] = image::Image(lens.width, lens.height, isDepth ? 1 : aovs.at(name).channels);
     if (isDepth) std::ranges::fill(layers.aovs[name].values, std::numeric_limits<float>::infinity());
   }
-  constexpr float kCoarsest = 16;
   const Pyramid pyramid(std::move(picture), visible.finest, kCoarsest);
   const Squares squares{*field.grid};
   tbb::enumerable_thread_specific<BandPainter> painters(
-      [&] { return BandPainter(field, corners, deformed, scene.camera, pyramid, layers.color); });
+      [&] { return BandPainter(field, surface, deformed, scene.camera, pyramid, layers.color); });
   tbb::parallel_for(size_t{0}, visible.first.size() - 1, [&](size_t band) {
     progress.checkpoint();
     const int top = static_cast<int>(band) * kBandRows, bottom = std::min(lens.height, top + kBandRows);
@@ -697,7 +954,7 @@ FrameLayers renderPixels(const weights::ReflectanceField& field, const LitScene&
                       .subspan(visible.first[band], visible.first[band + 1] - visible.first[band]),
                   top, bottom);
     for (const std::string& name : options.aovs) {
-      image::Image& image = layers.aovs[name];
+      image::Image& image = layers.aovs.at(name);
       const auto aov = aovs.find(name);
       for (int y = top; y < bottom; ++y)
         for (int x = 0; x < lens.width; ++x) {

@@ -159,6 +159,9 @@ std::vector<Value> downToOne(size_t n) {
   return values;
 }
 
+// Options of splats and patches of surfels.
+constexpr std::array<std::string_view, 4> kOfSplats{"low_pass", "layer_search", "surfel_size", "patch"};
+
 // The rows of a model's frames: defaults that the model chose, and the values to sweep where a frame with the
 // given interpolation depends on them.
 std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights::ShadeOptions& given) {
@@ -169,6 +172,10 @@ std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights
   const auto rowOf = [&](const char* name) -> Option& {
     return *std::ranges::find(options, name, &Option::name);
   };
+  if (field.grid) // nothing is splatted, and each corner has weights of its own
+    std::erase_if(options, [](const Option& option) {
+      return std::ranges::count(kOfSplats, std::string_view(option.name)) > 0;
+    });
   const auto chosen = weights::interpolationOf(field, {});
   const bool isLit = !field.rig.lights.empty(), isProduct = field.isFullProduct || !isLit;
   rowOf(kInterpolation).standard = std::string(nameOf(chosen));
@@ -189,10 +196,22 @@ std::vector<Option> rowsOf(const weights::ReflectanceField& field, const weights
   if (!weights::hasSeparateWeights(field, shade))
     rowOf("pairs").sweep = downToOne(weights::pairCount(field, shade));
   if (!isLit) rowOf("environment_error").sweep.clear();
+  if (field.grid) return options;
   const size_t perCorner = surfelsPerCorner(field, shade);
   rowOf("patch").standard = perCorner;
   if (perCorner > 1) rowOf("patch").sweep = {perCorner, 2 * perCorner, 4 * perCorner};
   return options;
+}
+
+// Setting without the options of splats that only a preset can have set. Others are then refused by name.
+Setting withoutPresetsOfSplats(Setting setting) {
+  for (const Option& option : surfelMethod().renderOptions) {
+    const auto found = setting.find(option.name);
+    if (found == setting.end() || std::ranges::count(kOfSplats, std::string_view(option.name)) == 0) continue;
+    if (found->second == option.preview || found->second == option.paper || found->second == option.standard)
+      setting.erase(found);
+  }
+  return setting;
 }
 
 SurfelOptions optionsOf(const Setting& setting) { return method::applied(SurfelOptions{}, rows(), setting); }
@@ -250,17 +269,18 @@ FrameOptions frameOptions(const Setting& setting) { return optionsOf(setting).fr
 
 SurfelRenderer::SurfelRenderer(std::shared_ptr<const model::Model> model, const Setting& setting)
     : model_(std::move(model)), rows_(rowsOf(*model_, checkedOptions(setting).frame.shade)),
+      points_(model_->grid ? placesOnObject(model_->cloud) : std::vector<Point3<AcquisitionSpace>>{}),
       description_{.method = surfelMethod().tag,
                    .folder = model_->folder,
                    .counts = {{"surfels", model_->cloud.size()}},
                    .rig = model_->rig,
                    .middle = model_->middle,
-                   .points = model_->cloud.p0,
+                   .points = model_->grid ? points_ : model_->cloud.p0,
                    .aovs = {scene::aovNames.begin(), scene::aovNames.end()}},
       workspace_(*model_, optionsOf(setting).cacheMb << 20) {
   if (model_->grid) std::erase(description_.aovs, "predicted_error");
   workspace_.keepsStages = optionsOf(setting).reuse;
-  set(method::forFrames(rows_, setting));
+  set(method::forFrames(rows_, model_->grid ? withoutPresetsOfSplats(setting) : setting));
 }
 
 void SurfelRenderer::configure(const Setting& setting) {

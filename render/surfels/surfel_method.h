@@ -30,6 +30,7 @@ private:
   const std::shared_ptr<const model::Model> model_;
   std::vector<method::Option> rows_;
   FrameOptions options_;
+  std::vector<Point3<AcquisitionSpace>> points_; // on the object, of a model with a pixel grid
   method::Description description_;
   FrameWorkspace workspace_;
 };

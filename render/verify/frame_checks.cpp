@@ -64,7 +64,8 @@ public:
                surfels::FrameWorkspace& workspace, const Bounds& bounds, const Progress& progress)
       : model_(model), scene_(scene), options_(options), workspace_(workspace), bounds_(bounds),
         progress_(progress), color_(surfels::renderFrame(model, scene, options, workspace, progress).color),
-        cloud_(workspace.deformed), visible_(workspace.raster.visible), flags_(visible_.size()) {}
+        cloud_(workspace.deformed), visible_(visibleIn(model, scene, options, workspace, progress).visible),
+        flags_(visible_.size()) {}
 
   FrameFindings findings() {
     ask();
@@ -75,6 +76,17 @@ public:
   }
 
 private:
+  // Splats that the frame shows. The pixels of a grid are drawn without; surfels that splats would show stand
+  // for its visible corners, which the frame asks about.
+  static const splat::SplatRaster& visibleIn(const model::Model& model, const scene::Scene& scene,
+                                             const surfels::FrameOptions& options,
+                                             surfels::FrameWorkspace& workspace, const Progress& progress) {
+    if (model.grid)
+      workspace.raster =
+          surfels::look(scene.camera, model.cloud, workspace.deformed, options.splats, progress);
+    return workspace.raster;
+  }
+
   // Queries of all visible surfels, and what their plans answer.
   void ask() {
     const surfels::LitScene lit = surfels::litScene(scene_, options_.environmentError, model_, options_.shade,
@@ -463,7 +475,6 @@ FrameFindings frameChecks(const model::Model& model, const scene::Scene& scene, 
                           const Progress& progress) {
   options.surfelSize = 0;
   options.surfelsPerQuery = 1;
-  options.drawsSplats = true;
   options.aovs.clear();
   return FrameChecker(model, scene, options, workspace, bounds, progress).findings();
 }

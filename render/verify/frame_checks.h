@@ -32,7 +32,8 @@ struct FrameFindings {
 };
 
 // Renders the frame and checks it. All surfels are drawn, each with weights of its own, whatever the options
-// say. Throws Error as renderFrame, and Cancelled.
+// say. Of a model with a pixel grid, pixels are those that are drawn, and the checks of surfels are made at
+// the corners of the grid that splats would show. Throws Error as renderFrame, and Cancelled.
 FrameFindings frameChecks(const model::Model& model, const scene::Scene& scene, surfels::FrameOptions options,
                           surfels::FrameWorkspace& workspace, const Bounds& bounds,
                           const Progress& progress = {});

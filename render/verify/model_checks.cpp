@@ -197,6 +197,7 @@ Dark darkIn(const model::Model& model, const weights::VisibilityWeights& fades) 
   std::vector<uint32_t> found;
   for (size_t i = 0; i < model.cloud.size(); ++i) {
     const double own = double{model.cloud.radius[i]} * double{model.cloud.radius[i]};
+    if (model.cloud.coverage[i] == 0) continue; // beside the object
     area += own;
     if (std::ranges::any_of(fades.of(i), [](uint8_t fade) { return fade > 0; })) continue;
     dark += own;

@@ -103,6 +103,11 @@ std::string checkedFile(const std::filesystem::path& path, uint64_t most, const 
   return content;
 }
 
+// Middle of the box of the surfels that are part of the object: with a grid, some may not be.
+Point3<AcquisitionSpace, double> middleOfObject(const SurfelCloud& cloud, bool hasGrid) {
+  return hasGrid ? middleOf(placesOnObject(cloud)) : middleOf(cloud.p0);
+}
+
 Manifest readManifest(const std::filesystem::path& path) {
   if (std::error_code unreadable; !std::filesystem::exists(path, unreadable)) {
     requireExisting(path.parent_path());
@@ -283,7 +288,7 @@ Model openModel(const std::filesystem::path& folder, const Progress& progress) {
   const auto openCloud = [&] {
     const bool isOpen = open(cloudFile, cloud, kSurfelFile, manifest.cloud, [&](const std::string& content) {
       model.cloud = parseCloud(content, progress);
-      model.middle = middleOf(model.cloud.p0);
+      model.middle = middleOfObject(model.cloud, manifest.gridStep > 0);
     });
     if (isOpen && !manifest.levels.empty())
       open(levelFile, levels, kLevelFile, manifest.levels, [&](const std::string& content) {
@@ -341,7 +346,6 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
   model.folder = folder;
   model.rig = std::move(content.rig);
   model.cloud = std::move(content.cloud);
-  model.middle = middleOf(model.cloud.p0);
   model.levels = levelsOfDetail(model.cloud, progress);
   model.visibility = std::move(content.visibility);
   model.grid = content.grid;
@@ -350,6 +354,12 @@ Model makeModel(const std::filesystem::path& folder, ModelContent content, const
                                                   model.rig.lights, progress);
   for (size_t view = 0; view < model.rig.views.size(); ++view)
     model.files.emplace_back(folder / viewFilePath(view));
+  if (model.grid) {
+    markBesideObject(*model.grid, model.files[0], model.cloud, model.visibility, progress);
+    for (size_t i = 0; i < model.cloud.size(); ++i)
+      model.levels->splats[model.levels->first[i]].coverage = model.cloud.coverage[i];
+  }
+  model.middle = middleOfObject(model.cloud, model.grid.has_value());
   for (size_t view = 0; content.hasAlpha && view < model.rig.views.size(); ++view) {
     const capture::Lens& lens = model.rig.views[view].camera.lens;
     const std::string alpha = readFile(folder / alphaFilePath(view));

@@ -1,5 +1,6 @@
 #include "srf/model/pixel_grid.h"
 
+#include "srf/codec/block.h"
 #include "srf/image/mask.h"
 #include "srf/proxy/relief/frontal_plane.h"
 #include "surfel/base/error.h"
@@ -21,9 +22,9 @@ weights::PixelGrid pixelGrid(const capture::Lens& lens, int step) {
 
 weights::PixelGrid pixelGridWithin(const capture::Lens& lens, int finest, size_t most) {
   constexpr double kAbout = 1.05;
+  const double limit = kAbout * static_cast<double>(most);
   weights::PixelGrid grid = pixelGrid(lens, finest);
-  while (grid.step<weights::kCoarsestGrid&& static_cast<double>(grid.corners())> kAbout *
-         static_cast<double>(most))
+  while (static_cast<double>(grid.corners()) > limit && grid.step < weights::kCoarsestGrid)
     grid = pixelGrid(lens, 2 * grid.step);
   return grid;
 }
@@ -96,6 +97,41 @@ SurfelCloud cornersOf(const weights::PixelGrid& grid, const capture::Camera<Acqu
     }
   estimateSplats(cloud, progress);
   return cloud;
+}
+
+void markBesideObject(const weights::PixelGrid& grid, const codec::ViewFile& view, SurfelCloud& cloud,
+                      weights::VisibilityWeights& visibility, const Progress& progress) {
+  assert(cloud.size() == grid.corners() && visibility.values.size() == cloud.size());
+  if (view.blockCount() == 0) return;
+  const int perBlock = codec::blockSize / grid.step;
+  std::vector<uint8_t> isOnObject(cloud.size());
+  constexpr size_t kAtOnce = 1024;
+  for (size_t begin = 0; begin < view.blockCount(); begin += kAtOnce) {
+    const size_t end = std::min(view.blockCount(), begin + kAtOnce);
+    std::vector<uint64_t> present(end - begin);
+    constexpr size_t kPart = 64;
+    tbb::parallel_for(size_t{0}, (end - begin + kPart - 1) / kPart, [&](size_t part) {
+      progress.checkpoint();
+      std::vector<uint32_t> blocks;
+      for (size_t b = begin + part * kPart; b < std::min(end, begin + (part + 1) * kPart); ++b)
+        blocks.push_back(static_cast<uint32_t>(b));
+      view.read(blocks,
+                [&](size_t i, const codec::Block& block) { present[blocks[i] - begin] = block.present; });
+    });
+    for (size_t b = begin; b < end; ++b) {
+      const codec::BlockPosition place = view.position(static_cast<uint32_t>(b));
+      for (int texel = 0; texel < codec::blockTexels; ++texel) {
+        if ((present[b - begin] >> texel & 1) == 0) continue;
+        const int column = place.x * perBlock + texel % codec::blockSize / grid.step,
+                  row = place.y * perBlock + texel / codec::blockSize / grid.step;
+        if (column + 1 >= grid.columns || row + 1 >= grid.rows) continue;
+        const size_t upper = grid.corner(column, row), lower = grid.corner(column, row + 1);
+        isOnObject[upper] = isOnObject[upper + 1] = isOnObject[lower] = isOnObject[lower + 1] = 1;
+      }
+    }
+  }
+  for (size_t i = 0; i < cloud.size(); ++i)
+    if (!isOnObject[i]) cloud.coverage[i] = 0, visibility.values[i] = 0;
 }
 
 } // namespace surflect::model

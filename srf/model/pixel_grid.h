@@ -3,6 +3,7 @@
 #pragma once
 
 #include "srf/capture/camera.h"
+#include "srf/codec/view_file.h"
 #include "srf/weights/reflectance_field.h"
 #include "surfel/base/time.h"
 #include "surfel/cloud.h"
@@ -25,5 +26,11 @@ weights::PixelGrid pixelGridWithin(const capture::Lens& lens, int finest, size_t
 SurfelCloud cornersOf(const weights::PixelGrid& grid, const capture::Camera<AcquisitionSpace>& camera,
                       const TriangleMesh& mesh, const RayCaster<AcquisitionSpace>& caster,
                       const Progress& progress = {});
+
+// Marks corners beside the object, none of whose squares meet a stored texel: coverage and visibility become
+// 0. cloud: surfels of the grid; visibility: of the only view. Reads the whole file. Throws Error as
+// ViewFile::read, and Cancelled.
+void markBesideObject(const weights::PixelGrid& grid, const codec::ViewFile& view, SurfelCloud& cloud,
+                      weights::VisibilityWeights& visibility, const Progress& progress = {});
 
 } // namespace surflect::model
