@@ -37,6 +37,9 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
 // Memory that sampling takes for a surfel, measured with the vase of examples/.
 inline constexpr double kBytesPerSurfel = 2100;
 
+// Memory that a corner of a pixel grid takes, measured with a relief of 2 million corners.
+inline constexpr double kBytesPerCorner = 500;
+
 // Largest number of surfels that can be asked for.
 inline constexpr size_t kMostSurfels = 100'000'000;
 
@@ -48,6 +51,8 @@ struct PackOptions {
   bool opaque = false;           // alpha is a mask, however many pixels are translucent
   bool tables = true;            // share reflectance over the surface, where that predicts photographs better
   bool overwrite = false;        // also replaces a finished model of another identity
+  double bandBytes = 0; // memory for the photographs of a band of rows, of a model with a pixel grid;
+                        // 0: ten whole photographs, at least 1 GB. Does not change the model
 };
 
 struct PackReport {
