@@ -37,7 +37,8 @@ PackEstimate estimatePack(const PackSource& source, std::span<const std::vector<
 // Memory that sampling takes for a surfel, measured with the vase of examples/.
 inline constexpr double kBytesPerSurfel = 2100;
 
-// Memory that a corner of a pixel grid takes, measured with a relief of 2 million corners.
+// Memory that a corner of a pixel grid takes, with a reserve: 320 bytes were measured between planes of
+// 31,000 and of 126,000 corners.
 inline constexpr double kBytesPerCorner = 500;
 
 // Largest number of surfels that can be asked for.
