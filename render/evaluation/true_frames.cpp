@@ -65,7 +65,7 @@ public:
   }
 
 private:
-  // Returns true if a single view without geometry is a whole image; see meshOfOneView.
+  // Returns true if a single view without geometry is a whole image; see impostorOfOneView.
   bool isWholeImage() const { return capture_.views.size() == 1 && capture_.geometry.empty(); }
 
   const image::Image& silhouetteOf(size_t view) {

@@ -97,10 +97,14 @@ std::optional<fs::path> similarFile(const fs::path& root, const fs::path& writte
 }
 
 std::optional<fs::path> pictureCalled(const fs::path& root, const fs::path& written) {
-  const auto entry = onlyEntry(root / written.parent_path(), [&](const fs::path& path) {
-    return path.stem() == written.filename() && image::isPictureName(path);
-  });
-  return entry ? std::optional(written.parent_path() / entry->filename()) : std::nullopt;
+  std::vector<fs::path> pictures;
+  std::error_code failure;
+  for (fs::directory_iterator entry(root / written.parent_path(), failure), end; !failure && entry != end;
+       entry.increment(failure))
+    if (entry->path().stem() == written.filename() && image::isPictureName(entry->path()))
+      pictures.push_back(entry->path());
+  image::removeDevelopedRaw(pictures);
+  return pictures.size() == 1 ? std::optional(written.parent_path() / pictures[0].filename()) : std::nullopt;
 }
 
 bool isUtf8(std::string_view name) {

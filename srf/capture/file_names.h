@@ -17,7 +17,8 @@ std::string foldedName(std::string_view name);
 std::optional<std::filesystem::path> similarFile(const std::filesystem::path& root,
                                                  const std::filesystem::path& written);
 
-// The only picture in the folder of `written` whose name is `written` with an extension.
+// The only picture in the folder of `written` whose name is `written` with an extension; a camera raw file
+// only if there is no other picture.
 std::optional<std::filesystem::path> pictureCalled(const std::filesystem::path& root,
                                                    const std::filesystem::path& written);
 

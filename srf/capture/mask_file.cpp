@@ -181,6 +181,14 @@ std::string describeMatte(const std::filesystem::path& file, const std::string& 
          white.shown(picture.bits) + (picture.hasAlpha() ? ", alpha " + alpha.shown(picture.bits) : "") + ")";
 }
 
+bool hasAlpha(const std::filesystem::path& picture, const Frame& frame) {
+  if (image::formatOf(picture) != image::PictureFormat::exr)
+    return image::readPictureHeader(picture).hasAlpha;
+  return image::alphaChannel(image::ExrFile(picture),
+                             frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer)
+      .has_value();
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -222,14 +230,6 @@ void measure(MaskFile& mask, const fs::path& folder, bool inverted) {
     }
   mask.inside = static_cast<double>(inside) / static_cast<double>(coverage.values.size());
   mask.insideBorder = static_cast<double>(insideBorder) / static_cast<double>(border);
-}
-
-bool hasAlpha(const fs::path& picture, const Frame& frame) {
-  if (image::formatOf(picture) != image::PictureFormat::exr)
-    return image::readPictureHeader(picture).hasAlpha;
-  return image::alphaChannel(image::ExrFile(picture),
-                             frame.alphaLayer.empty() ? frame.layer : frame.alphaLayer)
-      .has_value();
 }
 
 // Warns of views without mask or alpha, if other views have one.

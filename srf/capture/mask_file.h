@@ -31,6 +31,10 @@ MaskContent readMask(const std::filesystem::path& mask);
 // each pixel. Throws Error, also if the mask has another shape than the pictures.
 image::Image readCoverage(const std::filesystem::path& mask, image::PictureSize size);
 
+// Returns whether the header of a frame's picture states alpha; of an EXR, in the frame's layer. Throws
+// Error.
+bool hasAlpha(const std::filesystem::path& picture, const Frame& frame);
+
 // Returns whether size `a` is size `b` enlarged or reduced: the same shape up to rounding to whole pixels,
 // with at least 5 % of difference. Smaller differences are crops.
 bool isResized(image::PictureSize a, image::PictureSize b);

@@ -6,12 +6,13 @@
 #include "srf/image/exr.h"
 #include "srf/image/image_file.h"
 #include "surfel/base/error.h"
+#include "surfel/base/memory.h"
 #include "surfel/base/text.h"
 
 #include <fmt/format.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for_each.h>
-#include <tbb/task_arena.h>
+#include <tbb/parallel_pipeline.h>
 
 #include <algorithm>
 #include <array>
@@ -303,25 +304,31 @@ std::map<MaskKey, image::Image> readMasks(const Capture& capture, std::span<cons
 }
 
 // Number of pictures of a capture's largest lens that are read at the same time.
-int picturesAtOnce(const Capture& capture) {
+size_t picturesAtOnce(const Capture& capture) {
   double pixels = 1;
   for (const View& view : capture.views)
     pixels = std::max(pixels, 1.0 * view.camera.lens.width * view.camera.lens.height);
-  return static_cast<int>(
-      std::clamp(kReadingBytes / (kBytesWhileRead * pixels), 1.0, 1.0 * tbb::info::default_concurrency()));
+  return static_cast<size_t>(
+      std::clamp(readingBytes() / (kBytesWhileRead * pixels), 1.0, 1.0 * tbb::info::default_concurrency()));
 }
 
 Photograph shrunk(const Photograph& photograph, int shrink);
 
-// Reads several files at a time, each once. Calls take(i, photograph) for the i-th frame when all its
-// pictures are read; one at a time, in any order. The part's matte replaces those of the photographs.
+// Reads several files at a time, each once, in the order of the frames that need them. Calls take(i,
+// photograph) for the i-th frame when all its pictures are read; one at a time, in any order. The part's
+// matte replaces those of the photographs.
 template <class Take>
 void developAll(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
                 const Take& take, const ViewPart& part = {}) {
   struct Place {
     size_t frame, shot; // positions in `frames`, and in its bracket
   };
-  std::map<std::filesystem::path, std::vector<Place>> users;
+  struct File {
+    std::filesystem::path name;
+    std::vector<Place> places;
+  };
+  std::vector<File> files;
+  std::map<std::filesystem::path, size_t> numbers; // of the files
   std::vector<Development> developments(frames.size());
   for (size_t i = 0; i < frames.size(); ++i) {
     assert(frames[i] < capture.frames.size());
@@ -329,7 +336,11 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     shots = bracketOf(capture.frames[frames[i]]);
     bracket.resize(shots.size());
     missing = shots.size();
-    for (size_t k = 0; k < shots.size(); ++k) users[shots[k].picture].push_back({i, k});
+    for (size_t k = 0; k < shots.size(); ++k) {
+      const auto [known, isNew] = numbers.try_emplace(shots[k].picture, files.size());
+      if (isNew) files.push_back({shots[k].picture, {}});
+      files[known->second].places.push_back({i, k});
+    }
   }
   const Encoding encoding(capture);
   const image::Image* const matte = part.matte;
@@ -348,9 +359,9 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
     const std::lock_guard lock(taking);
     take(i, std::move(photograph));
   };
-  const auto readFile = [&](const auto& entry) {
+  const auto readFile = [&](const File& file) {
     progress.checkpoint();
-    const auto& [name, places] = entry;
+    const auto& [name, places] = file;
     std::vector<Exposure> sharing;
     for (const auto [i, k] : places) sharing.push_back(developments[i].shots[k]);
     const std::filesystem::path path = capture.folder() / name;
@@ -364,10 +375,26 @@ void developAll(const Capture& capture, std::span<const size_t> frames, const Pr
       developIfComplete(i);
     }
   };
-  tbb::task_arena(picturesAtOnce(capture)).execute([&] { tbb::parallel_for_each(users, readFile); });
+  size_t begun = 0;
+  const auto begin = [&](tbb::flow_control& control) {
+    if (begun == files.size()) {
+      control.stop();
+      return size_t{0};
+    }
+    return begun++;
+  };
+  tbb::parallel_pipeline(
+      picturesAtOnce(capture),
+      tbb::make_filter<void, size_t>(tbb::filter_mode::serial_in_order, begin) &
+          tbb::make_filter<size_t, void>(tbb::filter_mode::parallel, [&](size_t i) { readFile(files[i]); }));
 }
 
 } // namespace
+
+double readingBytes() {
+  constexpr double kLeast = 2.5e9, kShare = 0.1;
+  return std::max(kLeast, kShare * static_cast<double>(availableMemory()));
+}
 
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress) {
@@ -433,17 +460,42 @@ Photograph shrunk(const Photograph& photograph, int shrink) {
   return small;
 }
 
+// Adds the masks of frames whose pictures have no alpha; returns whether there are any.
+bool addMasks(const Capture& capture, std::span<const size_t> frames, const Progress& progress,
+              MatteVote& vote) {
+  std::map<MaskKey, size_t> uses; // number of frames that have a mask
+  for (const size_t frame : frames)
+    if (!capture.frames[frame].mask.empty()) ++uses[{capture, capture.frames[frame]}];
+  std::mutex voting;
+  tbb::parallel_for_each(uses, [&](const auto& entry) {
+    progress.checkpoint();
+    const auto& [file, width, height] = entry.first;
+    image::Image coverage = readCoverage(capture.folder() / file, {width, height});
+    for (float& alpha : coverage.values) alpha = settledAlpha(unit(alpha));
+    const std::lock_guard lock(voting);
+    for (size_t i = 0; i < entry.second; ++i) vote.add(coverage);
+  });
+  return !uses.empty();
+}
+
 } // namespace
 
 std::optional<image::Image> readViewMatte(const Capture& capture, std::span<const size_t> frames,
                                           const Progress& progress) {
   if (!describeFirstMatte(capture)) return std::nullopt;
   MatteVote vote(frames.size());
+  const auto isWithAlpha = [&](size_t i) {
+    const Frame& frame = capture.frames[i];
+    return hasAlpha(capture.folder() / bracketOf(frame)[0].picture, frame);
+  };
   bool hasMatte = false;
-  developAll(capture, frames, progress, [&](size_t, const Photograph& photograph) {
-    if (photograph.hasMatte) vote.add(photograph.alpha);
-    hasMatte |= photograph.hasMatte;
-  });
+  if (std::ranges::none_of(frames, isWithAlpha))
+    hasMatte = addMasks(capture, frames, progress, vote);
+  else
+    developAll(capture, frames, progress, [&](size_t, const Photograph& photograph) {
+      if (photograph.hasMatte) vote.add(photograph.alpha);
+      hasMatte |= photograph.hasMatte;
+    });
   return hasMatte ? std::optional(vote.outcome()) : std::nullopt;
 }
 

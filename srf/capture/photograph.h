@@ -37,7 +37,7 @@ struct Photograph {
 // Photographs of the given frames (indices into capture.frames), in that order. Each file is opened and
 // decompressed once, so ask for all frames of a view together, whose lights often share a file. Memory: 16
 // bytes per pixel and frame; while reading also 4 per mask, and up to 32, or 44 with an ICC profile, for each
-// picture of the files being read, one per thread, and of incomplete brackets. Throws Error naming the faulty
+// picture of the files being read (readingBytes), and of incomplete brackets. Throws Error naming the faulty
 // picture.
 std::vector<Photograph> readPhotographs(const Capture& capture, std::span<const size_t> frames,
                                         const Progress& progress = {});
@@ -57,7 +57,7 @@ ViewPhotographs readViewPhotographs(const Capture& capture, std::span<const size
                                     const Progress& progress = {});
 
 // Matte of the view as readViewPhotographs finds it, for frames of one view; none if no photograph has one,
-// which headers tell.
+// which headers tell. If no picture has alpha, only masks are read.
 std::optional<image::Image> readViewMatte(const Capture& capture, std::span<const size_t> frames,
                                           const Progress& progress = {});
 
@@ -72,12 +72,14 @@ struct ViewPart {
 Lens shrunk(const Lens& lens, int shrink);
 
 // Part of the photographs that readViewPhotographs would return, which differs only where alpha is below
-// 1/16. Files are read whole, but at most kReadingBytes of them at a time.
+// 1/16. Files are read whole.
 ViewPhotographs readViewPart(const Capture& capture, std::span<const size_t> frames, const ViewPart& part,
                              const Progress& progress = {});
 
-// Memory of the pictures that are read at the same time, at kBytesWhileRead for each of their pixels; one is
-// always read.
-inline constexpr double kReadingBytes = 2.5e9, kBytesWhileRead = 48;
+// Memory for the files that are read at the same time, at kBytesWhileRead for each of their pixels: a tenth
+// of what this process may use, at least 2.5 GB. One file is always read. More is taken by all layers of a
+// file, which are read together, and by pictures of a bracket, which wait for the last one.
+double readingBytes();
+inline constexpr double kBytesWhileRead = 48;
 
 } // namespace surflect::capture

@@ -123,14 +123,17 @@ EncodedRows encodeRows(const ReflectanceStack& rows, int top, const EncodeOption
 
   std::vector<EncodedBlock> blocks(positions.size());
   std::atomic<size_t> done = 0;
-  std::mutex reporting;
+  size_t reported = 0;
+  std::mutex reporting; // guards `reported`
   tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t b) {
     progress.checkpoint();
     blocks[b] = encodeBlock(present[b], gather(rows, positions[b], present[b], top), options.tolerance,
                             options.white);
-    if (const size_t count = ++done; count % 4096 == 0) {
+    constexpr size_t kStep = 4096;
+    if (++done % kStep == 0) {
       const std::lock_guard lock(reporting);
-      progress("encoding", static_cast<double>(count) / static_cast<double>(blocks.size()));
+      reported += kStep;
+      progress("encoding", static_cast<double>(reported) / static_cast<double>(blocks.size()));
     }
   });
 

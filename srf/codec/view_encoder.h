@@ -55,8 +55,8 @@ struct EncodedRows {
 // Header of the file that encodeView makes.
 ViewHeader headerOf(int width, int height, size_t lights, const EncodeOptions& options);
 
-// Encodes rows of a view from `top` on, a multiple of blockSize; all but the last ones of a view have whole
-// blocks. Throws as encodeView.
+// Encodes some rows of a view. `top`: their first row in the view, a multiple of blockSize. Unless they end
+// with the view, their number is a multiple of blockSize too. Throws as encodeView.
 EncodedRows encodeRows(const ReflectanceStack& rows, int top, const EncodeOptions& options,
                        const Progress& progress = {});
 

@@ -12,6 +12,7 @@
 #include <array>
 #include <cctype>
 #include <dlfcn.h>
+#include <set>
 #include <string>
 #include <unistd.h>
 
@@ -54,10 +55,11 @@ namespace {
 
 // Formats of photographs whose readers have been tested with damaged files (tests/fuzz). Other readers of
 // OpenImageIO trust sizes in damaged headers, or search them without end.
-constexpr std::array<std::string_view, 22> foreignExtensions = {
-    ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp",
-    // camera raw
-    ".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2", ".srw"};
+constexpr std::array<std::string_view, 11> foreignExtensions = {
+    ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".tga", ".ppm", ".pgm", ".pnm", ".webp"};
+// Camera raw, which LibRaw reads. Not tested with damaged files.
+constexpr std::array<std::string_view, 11> rawExtensions = {".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef",
+                                                            ".orf", ".pef", ".raf", ".rw2", ".srw"};
 
 // Throws Error for pictures that are cut off or have holes, which decoders fill up.
 void requireWhole(const std::filesystem::path& path, std::string_view extension) {
@@ -113,7 +115,22 @@ PictureFormat formatOf(const std::filesystem::path& path) {
 
 bool isPictureName(const std::filesystem::path& path) {
   return formatOf(path) != PictureFormat::foreign ||
-         std::ranges::find(foreignExtensions, lowerExtension(path)) != foreignExtensions.end();
+         std::ranges::find(foreignExtensions, lowerExtension(path)) != foreignExtensions.end() ||
+         isRawName(path);
+}
+
+bool isRawName(const std::filesystem::path& path) {
+  return std::ranges::find(rawExtensions, lowerExtension(path)) != rawExtensions.end();
+}
+
+void removeDevelopedRaw(std::vector<std::filesystem::path>& pictures) {
+  const auto withoutExtension = [](std::filesystem::path path) { return path.replace_extension(); };
+  std::set<std::filesystem::path> developed;
+  for (const auto& picture : pictures)
+    if (!isRawName(picture)) developed.insert(withoutExtension(picture));
+  std::erase_if(pictures, [&](const std::filesystem::path& picture) {
+    return isRawName(picture) && developed.contains(withoutExtension(picture));
+  });
 }
 
 Picture readPicture(const std::filesystem::path& path) {

@@ -1,5 +1,5 @@
-// Reads pictures by their file name: .exr, .png and .hdr directly; .jpg, .tif, .bmp, .tga, .ppm and .webp by
-// OpenImageIO, which is loaded on demand.
+// Reads pictures by their file name: .exr, .png and .hdr directly; .jpg, .tif, .bmp, .tga, .ppm, .webp and
+// camera raw by OpenImageIO, which is loaded on demand.
 #pragma once
 
 #include "srf/image/color.h"
@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 namespace surflect::image {
 
@@ -15,6 +16,11 @@ enum class PictureFormat { exr, png, radiance, foreign };
 PictureFormat formatOf(const std::filesystem::path& path);
 // Returns whether readPicture() supports the extension, in any letter case.
 bool isPictureName(const std::filesystem::path& path);
+// Returns whether the extension is one of camera raw that readPicture() supports, in any letter case.
+bool isRawName(const std::filesystem::path& path);
+// Removes camera raw files that have a developed picture beside them: of the same folder and name, but for
+// the extension. Cameras write both.
+void removeDevelopedRaw(std::vector<std::filesystem::path>& pictures);
 
 struct Picture {
   Image image;  // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA

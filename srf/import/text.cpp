@@ -176,6 +176,7 @@ std::vector<fs::path> picturesIn(const fs::path& folder) {
     if (image::isPictureName(entry->path()) && !isHidden(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   if (problem) throw Error("cannot open (" + problem.message() + ")").in(folder);
+  image::removeDevelopedRaw(pictures);
   sortNaturally(pictures);
   return pictures;
 }
@@ -190,6 +191,7 @@ std::vector<fs::path> picturesBelow(const fs::path& folder) {
     else if (image::isPictureName(entry->path()) && entry->is_regular_file(ignored))
       pictures.push_back(entry->path());
   }
+  image::removeDevelopedRaw(pictures);
   sortNaturally(pictures);
   return pictures;
 }

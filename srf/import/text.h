@@ -67,7 +67,8 @@ bool isMaskName(const std::filesystem::path& path);
 // if no name pattern is shared by most.
 std::vector<std::string> oddNames(const std::vector<std::filesystem::path>& pictures);
 
-// Pictures of a folder in natural order, without hidden ones. Throws Error if the folder cannot be opened.
+// Pictures of a folder in natural order, without hidden ones and raw files of developed pictures
+// (image::removeDevelopedRaw). Throws Error if the folder cannot be opened.
 std::vector<std::filesystem::path> picturesIn(const std::filesystem::path& folder);
 // Pictures of a folder and all folders below it; links to folders are not followed. The folder may be
 // missing.

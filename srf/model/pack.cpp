@@ -182,7 +182,7 @@ constexpr double kFaintestStored = 1 / 16.;
 
 // Version of the encoder and of the mattes it gets, which decide the bytes of a view; pack does not resume
 // views of another version.
-constexpr int kEncoderVersion = 3;
+constexpr int kEncoderVersion = 4;
 
 // Identity of everything that determines the files of a run: an earlier run with the same identity can be
 // resumed.
@@ -210,50 +210,57 @@ struct GridSource {
   capture::ViewPart part(int top) const {
     return {.top = top, .rows = std::min(bandRows, height - top), .matte = matte ? &*matte : nullptr};
   }
+  // Whole photographs, at a smaller size.
   capture::ViewPart survey() const { return {.shrink = shrink, .matte = matte ? &*matte : nullptr}; }
   int bands() const { return (height + bandRows - 1) / bandRows; }
 };
 
-constexpr double kBytesPerValue = 12.6; // of a photograph's pixel in memory
+constexpr double kBytesPerPixel = 12.6; // of a photograph in memory
 
-// Memory for the photographs of a band. It grows with the picture, as reading one photograph does.
-double bandBytes(double pixels) { return std::max(1e9, 10 * kBytesPerValue * pixels); }
+// Memory for the photographs of a band. By default it grows with the picture, as that for reading one does.
+double bandBytes(const PackOptions& options, double pixels) {
+  return options.bandBytes > 0 ? options.bandBytes : std::max(1e9, 10 * kBytesPerPixel * pixels);
+}
 
-// The grid of a plane or relief; none for other geometry.
+// The grid of a plane or relief, which takes over the matte; none for other geometry. Throws Error if memory
+// does not hold the corners that are asked for.
 std::optional<GridSource> gridSourceOf(const PackSource& source, proxy::Impostor::Origin origin,
-                                       const PackOptions& options,
-                                       std::span<const std::vector<size_t>> frames,
-                                       const Progress& progress) {
+                                       std::optional<image::Image> matte, const PackOptions& options,
+                                       size_t photographs) {
   const bool isPlane = origin == proxy::Impostor::Origin::plane;
   if (!source.isOnDisk() || (!isPlane && origin != proxy::Impostor::Origin::relief)) return std::nullopt;
-  constexpr size_t kMostCorners = 4'000'000; // a default
+  // A default, which half of the memory must hold.
+  const auto mostCorners =
+      static_cast<size_t>(std::min(4e6, 0.5 * static_cast<double>(availableMemory()) / kBytesPerCorner));
   const capture::Lens& lens = source.training().views[0].camera.lens;
   GridSource made{.width = lens.width, .height = lens.height, .shrink = proxy::reliefShrink(lens)};
   if (options.surfels)
     made.grid = pixelGridWithin(lens, 1, *options.surfels);
   else
     made.grid =
-        isPlane ? pixelGrid(lens, weights::kCoarsestGrid) : pixelGridWithin(lens, made.shrink, kMostCorners);
-  made.matte = capture::readViewMatte(source.training(), frames[0], progress);
-  const double row = kBytesPerValue * lens.width * static_cast<double>(frames[0].size());
-  const double blockRows = bandBytes(1.0 * lens.width * lens.height) / (row * codec::blockSize);
+        isPlane ? pixelGrid(lens, weights::kCoarsestGrid) : pixelGridWithin(lens, made.shrink, mostCorners);
+  const auto corners = static_cast<double>(made.grid.corners());
+  requireMemory(kBytesPerCorner * corners,
+                fmt::format("{} corners, {} pixels apart", made.grid.corners(), made.grid.step));
+  made.matte = std::move(matte);
+  const double row = kBytesPerPixel * lens.width * static_cast<double>(photographs);
+  const double blockRows = bandBytes(options, 1.0 * lens.width * lens.height) / (row * codec::blockSize);
   made.bandRows = codec::blockSize * static_cast<int>(std::clamp(blockRows, 1.0, 4096.0));
   return made;
 }
 
 PackEstimate estimateGrid(const PackSource& source, std::span<const size_t> frames, const GridSource& grid,
-                          double secondsSoFar, const Progress& progress) {
+                          const PackOptions& options, double secondsSoFar, const Progress& progress) {
   const double pixels = 1.0 * grid.width * grid.height, photographs = static_cast<double>(frames.size());
   const double values = 3 * pixels * photographs, corners = static_cast<double>(grid.grid.corners());
-  const double stack = kBytesPerValue * pixels * photographs;
-  const double reading = std::max(capture::kReadingBytes, capture::kBytesWhileRead * pixels);
+  const double band = std::min(kBytesPerPixel * pixels * photographs, bandBytes(options, pixels));
+  const double reading = std::max(capture::readingBytes(), capture::kBytesWhileRead * pixels);
   PackEstimate estimate;
   estimate.surfels = grid.grid.corners();
   estimate.diskBytes = static_cast<uint64_t>(2 * values / kRatio + 44 * corners);
-  estimate.memoryBytes = static_cast<uint64_t>(
-      std::max(static_cast<double>(memoryUse().peakBytes),
-               static_cast<double>(memoryUse().anonymousBytes) + std::min(stack, bandBytes(pixels)) +
-                   std::min(reading, capture::kBytesWhileRead * pixels * photographs)));
+  estimate.memoryBytes = static_cast<uint64_t>(std::max(
+      memoryUse().peakBytes, memoryUse().anonymousBytes + kBytesPerCorner * corners + band +
+                                 std::min(reading, capture::kBytesWhileRead * pixels * photographs)));
   estimate.seconds = secondsSoFar + photographs * (1 + grid.bands()) * source.secondsPerPicture(progress) +
                      kSecondsPerValue * values;
   return estimate;
@@ -292,7 +299,7 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
   const auto frames = framesByView(capture);
   if (frames.empty()) throw Error::mismatch("training frames", "none").at("frames").in(capture.file);
   const Stopwatch surfelWatch;
-  const proxy::Impostor geometry = source.impostor(options.impostor, progress);
+  proxy::Impostor geometry = source.impostor(options.impostor, progress);
   const TriangleMesh& mesh = geometry.mesh;
   const RayCaster<AcquisitionSpace> impostor(mesh, progress);
 
@@ -308,13 +315,14 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
                            : std::max(footprint / 2, spacingFor(surface, most));
   };
   const std::optional<GridSource> gridSource =
-      gridSourceOf(source, geometry.origin, options, frames, progress);
+      gridSourceOf(source, geometry.origin, std::move(geometry.matte), options, frames[0].size());
   const std::string identity = packIdentity(source, options.tolerance, options.opaque, mesh);
   if (!options.overwrite) protectFinished(folder, identity);
   claimPackFolder(folder);
   SurfelCloud cloud;
   if (gridSource) {
-    if (announce) announce(estimateGrid(source, frames[0], *gridSource, surfelWatch.seconds(), progress));
+    if (announce)
+      announce(estimateGrid(source, frames[0], *gridSource, options, surfelWatch.seconds(), progress));
     cloud = cornersOf(gridSource->grid, capture.views[0].camera, mesh, impostor, progress);
   } else {
     const TriangleMesh surface =
@@ -384,9 +392,10 @@ PackReport pack(PackSource& source, const std::filesystem::path& folder, const P
       encodeBands(source, frames[view], *gridSource, folder, store, report, ofView);
       continue;
     }
+    const Progress reading = stepOf(ofView, "", 0, 2), encoding = stepOf(ofView, "", 1, 2);
     const MattedView loaded =
-        fillMissingMatte(source.pictures(frames[view], true, ofView), cameras[view], impostor);
-    const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, progress);
+        fillMissingMatte(source.pictures(frames[view], true, reading), cameras[view], impostor);
+    const codec::EncodedView encoded = codec::encodeView(loaded.stack, store, encoding);
     if (report.isTranslucent) writeAlpha(folder, view, codec::AlphaPlane(loaded.stack.alpha));
     writeView(folder, view, encoded);
     report.ofView[view] = encoded.summary;

@@ -19,6 +19,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace surflect::proxy {
@@ -30,12 +31,12 @@ int reliefShrink(const capture::Lens& lens) {
   return shrink;
 }
 
-TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress) {
+Impostor impostorOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress) {
   assert(training.views.size() == 1);
   capture::Camera<AcquisitionSpace> camera = training.views[0].camera;
   std::vector<size_t> frames(training.frames.size());
   std::iota(frames.begin(), frames.end(), size_t{0});
-  const std::optional<image::Image> matte = capture::readViewMatte(training, frames, progress);
+  std::optional<image::Image> matte = capture::readViewMatte(training, frames, progress);
   TriangleMesh mesh;
   if (asRelief) {
     const capture::ViewPart part{.shrink = reliefShrink(camera.lens), .matte = matte ? &*matte : nullptr};
@@ -59,7 +60,9 @@ TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, cons
     mesh = relief::planeMesh(camera, matte ? image::objectMask(*matte) : mask);
   }
   if (mesh.triangles.empty()) throw Error("no photograph shows anything of the object").in(training.file);
-  return mesh;
+  return {.mesh = std::move(mesh),
+          .origin = asRelief ? Impostor::Origin::relief : Impostor::Origin::plane,
+          .matte = std::move(matte)};
 }
 
 namespace {
@@ -111,9 +114,8 @@ Impostor mendedFile(const std::filesystem::path& path, const capture::Capture& t
 
 // An impostor of a capture that names no geometry, with a note on meshes that lie beside it.
 Impostor withoutMesh(const capture::Capture& training, const Progress& progress) {
-  Impostor impostor = training.views.size() == 1
-                          ? Impostor{meshOfOneView(training, false, progress), Impostor::Origin::plane}
-                          : hullOf(training, hull::Silhouette::half, progress);
+  Impostor impostor = training.views.size() == 1 ? impostorOfOneView(training, false, progress)
+                                                 : hullOf(training, hull::Silhouette::half, progress);
   if (const auto note = noteOnUnusedMeshes(training)) impostor.notes.push_back(*note);
   return impostor;
 }
@@ -143,7 +145,7 @@ Impostor impostorOf(const capture::Capture& training, const ImpostorOptions& opt
   progress("geometry", 0);
   if (options.relief && training.views.size() != 1)
     throw Error::mismatch("one view, for a relief", std::to_string(training.views.size())).in(training.file);
-  if (options.relief) return {meshOfOneView(training, true, progress), Impostor::Origin::relief};
+  if (options.relief) return impostorOfOneView(training, true, progress);
   if (options.hull) return hullOf(training, hull::Silhouette::touched, progress);
   if (!options.mesh.empty()) return mendedFile(options.mesh, training, progress);
   if (!training.geometry.empty())

@@ -2,26 +2,21 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "srf/image/image.h"
 #include "surfel/base/time.h"
 #include "surfel/geometry/mesh.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace surflect::proxy {
 
-// Geometry for a capture with one camera and no mesh.
-
 // Power of two by which photographs of one view are shrunk (readViewPart) before a relief is made of them, so
 // that they have at most four megapixels; at most 8.
 int reliefShrink(const capture::Lens& lens);
-
-// Returns the part of the frontal plane (frontal_plane.h) that mattes show or, without mattes, that the
-// picture shows. If `asRelief`, the surface follows the normals found by photometric stereo (photometric.h).
-// Throws Error, also if the lights do not determine normals, and Cancelled.
-TriangleMesh meshOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress);
 
 struct ImpostorOptions {
   std::filesystem::path mesh; // replaces the capture's geometry; in original coordinates; or empty
@@ -49,7 +44,13 @@ struct Impostor {
   std::vector<Fit> fits = {}; // for a hull, per view with a matte
   // Notes for the user: what was mended of a file (mesh_mending.h), and meshes that were not used.
   std::vector<std::string> notes = {};
+  std::optional<image::Image> matte = {}; // readViewMatte of the only view, for a plane or relief
 };
+
+// Returns the part of the frontal plane (frontal_plane.h) that mattes show or, without mattes, that the
+// picture shows. If `asRelief`, the surface follows the normals found by photometric stereo (photometric.h).
+// Throws Error, also if the lights do not determine normals, and Cancelled.
+Impostor impostorOfOneView(const capture::Capture& training, bool asRelief, const Progress& progress);
 
 // Note for the user that OBJ or PLY files lie beside a capture that names no geometry; nullopt if there are
 // none.

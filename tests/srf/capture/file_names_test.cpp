@@ -32,6 +32,10 @@ TEST(FileNames, APictureIsFoundWithoutItsExtension) {
   image::writeBytes(folder / "a.txt", "");
   EXPECT_EQ(pictureCalled(folder.path(), "a"), "a.PNG");
   EXPECT_EQ(pictureCalled(folder.path(), "b"), std::nullopt);
+  image::writeBytes(folder / "a.CR2", ""); // from which the camera has developed it
+  EXPECT_EQ(pictureCalled(folder.path(), "a"), "a.PNG");
+  image::writeBytes(folder / "c.dng", "");
+  EXPECT_EQ(pictureCalled(folder.path(), "c"), "c.dng");
   image::writeBytes(folder / "a.tif", "");
   EXPECT_EQ(pictureCalled(folder.path(), "a"), std::nullopt);
 }

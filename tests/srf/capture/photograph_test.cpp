@@ -532,6 +532,25 @@ TEST_F(PhotographFile, RowsOfAViewAreThoseOfTheWhole) {
   EXPECT_NEAR(half.radiance[0].at(0, 0)[1], color / alpha, 1e-6);
 }
 
+TEST_F(PhotographFile, MattesOfMasksAloneNeedNoPictures) {
+  for (unsigned i = 0; i < 9; ++i) {
+    const std::string name = std::to_string(i);
+    image::writePng(folder / (name + ".png"), image::randomImage(width, height, 3, 0, 1, i));
+    image::writePng(folder / (name + ".mask.png"), image::randomImage(width, height, 1, 0, 1, 100 + i));
+    add(name + ".png").mask = name + ".mask.png";
+  }
+  std::vector<size_t> frames(capture.frames.size());
+  std::iota(frames.begin(), frames.end(), size_t{0});
+  const image::Image truth = readViewPhotographs(capture, frames).alpha;
+  for (unsigned i = 0; i < 9; ++i) { // of which only the header is whole
+    const auto path = folder / (std::to_string(i) + ".png");
+    image::writeBytes(path, readFile(path).substr(0, 60));
+  }
+  const std::optional<image::Image> matte = readViewMatte(capture, frames);
+  ASSERT_TRUE(matte);
+  EXPECT_EQ(matte->values, truth.values);
+}
+
 TEST_F(PhotographFile, PicturesWithoutMattesHaveNone) {
   image::writePng(folder / "a.png", constant(3, {0.5f, 0.5f, 0.5f}));
   add("a.png");

@@ -45,6 +45,18 @@ TEST(ImportText, WhatIsNoFiniteNumberIsRefused) {
   EXPECT_EQ(countOf("4294967295"), 4294967295u);
 }
 
+TEST(ImportText, RawFilesOfDevelopedPicturesAreLeftOut) {
+  image::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "below");
+  for (const char* name :
+       {"IMG_1.CR2", "IMG_1.JPG", "IMG_2.CR2", "IMG_3.jpg", "below/IMG_2.jpg", "below/IMG_3.nef"})
+    image::writeBytes(folder / name, "");
+  const std::vector<std::filesystem::path> here{folder / "IMG_1.JPG", folder / "IMG_2.CR2",
+                                                folder / "IMG_3.jpg"};
+  EXPECT_EQ(picturesIn(folder.path()), here);
+  EXPECT_EQ(picturesBelow(folder.path()).size(), 5u);
+}
+
 TEST(ImportText, WhatIsShownIsOneShortLine) {
   EXPECT_EQ(shownText("a\nb\x01"), "\"a?b?\"");
   EXPECT_EQ(shownText(std::string(100, 'x')).size(), 65u);

@@ -123,6 +123,50 @@ TEST_F(Pack, AnInterruptedRunIsTakenUpWhereItStopped) {
   EXPECT_EQ(content(), content("whole"));
 }
 
+TEST_F(Pack, ProgressOfAViewIsPartOfTheWhole) {
+  studio.cameras = 2, studio.size = 640, studio.samples = 1; // more than 4096 blocks show the sphere
+  double last = 0;
+  Progress progress;
+  progress.report = [&](std::string_view stage, double fraction) {
+    EXPECT_NE(stage, "encoding");
+    if (stage != "reflectance images") return;
+    EXPECT_GE(fraction, last);
+    EXPECT_LE(fraction, 1);
+    last = fraction;
+  };
+  pack(photographed(), folder / "model", packOptions(150), progress, nullptr);
+  EXPECT_EQ(last, 1);
+}
+
+TEST_F(Pack, BandsOfRowsAreThoseOfTheWholeView) {
+  studio.cameras = 1, studio.size = 40;
+  for (const float opacity : {1.f, 0.55f}) {
+    studio.opacity = opacity;
+    const std::string name = opacity < 1 ? "glass" : "opaque";
+    capture::Capture capture = photograph(studio, folder / name);
+    capture.geometry.clear(); // a plane
+    double first = 1;         // progress when the first photograph of the first band is read
+    Progress progress;
+    progress.report = [&](std::string_view stage, double fraction) {
+      if (stage == "reflectance images" && fraction > 0) first = std::min(first, fraction);
+    };
+    PackOptions options = packOptions(150);
+    const PackReport whole = pack(capture, folder / (name + ".whole"), options, progress, nullptr);
+    EXPECT_DOUBLE_EQ(first, 1 / 3. / 2);
+    EXPECT_EQ(whole.isTranslucent, opacity < 1);
+    options.bandBytes = 1; // bands of one row of blocks
+    const PackReport bands = pack(capture, folder / (name + ".bands"), options, progress, nullptr);
+    EXPECT_NEAR(first, 1 / 3. / 2 / 5, 1e-12);
+    auto wholeFiles = content(name + ".whole"), bandFiles = content(name + ".bands");
+    for (auto* files : {&wholeFiles, &bandFiles}) files->erase("views/0000.error"); // sums, in another order
+    EXPECT_TRUE(bandFiles == wholeFiles);
+    EXPECT_EQ(bands.store.objectTexels, whole.store.objectTexels);
+    EXPECT_EQ(bands.store.blocksOfRank, whole.store.blocksOfRank);
+    EXPECT_EQ(bands.store.fileBytes, whole.store.fileBytes);
+    EXPECT_NEAR(bands.store.squaredError, whole.store.squaredError, 1e-12 * whole.store.squaredError);
+  }
+}
+
 TEST_F(Pack, ADamagedViewFileIsEncodedAgain) {
   const capture::Capture capture = photographed();
   packed(capture);

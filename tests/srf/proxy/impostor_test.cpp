@@ -35,7 +35,7 @@ protected:
 TEST_F(OneView, PlaneShowsTheMatteAndHoldsTheOrigin) {
   const capture::Capture capture = photographed();
   const auto& camera = capture.views[0].camera;
-  const TriangleMesh mesh = meshOfOneView(capture, false, {});
+  const TriangleMesh mesh = impostorOfOneView(capture, false, {}).mesh;
   const image::Mask truth = image::objectMask(studio::viewSphere(camera, studio.samples).alpha);
   EXPECT_EQ(image::objectMask(capture::silhouette(camera, RayCaster<AcquisitionSpace>(mesh))), truth);
   for (const auto& p : mesh.positions)
@@ -46,7 +46,7 @@ TEST_F(OneView, WithoutMatteThePictureIsTheObject) {
   studio.matte = false;
   const capture::Capture capture = photographed();
   const auto& camera = capture.views[0].camera;
-  const TriangleMesh mesh = meshOfOneView(capture, false, {});
+  const TriangleMesh mesh = impostorOfOneView(capture, false, {}).mesh;
   const image::Image seen = capture::silhouette(camera, RayCaster<AcquisitionSpace>(mesh));
   EXPECT_EQ(std::ranges::count(seen.values, 1.f), 48 * 48);
 }
@@ -55,7 +55,7 @@ TEST_F(OneView, WithoutMatteThePictureIsTheObject) {
 TEST_F(OneView, ReliefOfASphereIsTheSphereUpToScale) {
   const capture::Capture capture = photographed();
   const Point3<AcquisitionSpace, double> center = capture.views[0].camera.center();
-  const TriangleMesh mesh = meshOfOneView(capture, true, {});
+  const TriangleMesh mesh = impostorOfOneView(capture, true, {}).mesh;
   std::vector<double> ratios;
   for (const auto& p : mesh.positions) {
     const Vec3<double> d = (p.cast<double>() - center).raw().normalized();

@@ -586,9 +586,7 @@ TEST_F(OneViewLights, OfAnyMadeGeometryStopsTheWork) {
         auto& towards = std::get<capture::DirectionalLight>(light.kind).towards;
         if (!isRight) towards = assume<Direction3<AcquisitionSpace, double>>(Vec3<double>(-towards.raw()));
       }
-      const proxy::Impostor impostor{proxy::meshOfOneView(capture, isRelief, {}),
-                                     isRelief ? proxy::Impostor::Origin::relief
-                                              : proxy::Impostor::Origin::plane};
+      const proxy::Impostor impostor = proxy::impostorOfOneView(capture, isRelief, {});
       size_t errors = 0;
       const auto take = [&](std::span<const Finding> findings) {
         for (const Finding& finding : findings) errors += finding.severity == Severity::error;
@@ -616,7 +614,7 @@ TEST_F(OneViewLights, TellsAnotherOrderByTheResidualOfNormals) {
 // A relief without a mask covers the background, which follows no light.
 TEST_F(OneViewLights, WithoutMaskIsJudgedByWhatIsLit) {
   for (capture::Frame& frame : capture.frames) frame.mask.clear();
-  const TriangleMesh relief = proxy::meshOfOneView(capture, true, {});
+  const TriangleMesh relief = proxy::impostorOfOneView(capture, true, {}).mesh;
   for (const Finding& finding : checkCapture(capture, relief, {}, {}))
     EXPECT_FALSE(contains(finding.text, "light directions")) << finding.text;
 }
