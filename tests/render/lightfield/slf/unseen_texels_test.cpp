@@ -237,10 +237,13 @@ TEST(UnseenTexels, ABorderHasTheRadianceOfTheSideThatSawIt) {
   for (const Region& region : tiles.field.regions) charts.push_back(region.chart);
   tiles.fill(borderPoints(tiles.field.mesh, charts, 1.0 / kTileSide));
   for (size_t i = 0; i < 6; ++i)
-    for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel)
-      if (!isBehind(texel)) {
+    for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel) {
+      const double y =
+          tiles.pointOf(1, texel)[1]; // corners also have points of edges that this side alone saw
+      if (!isBehind(texel) && y > 0.01 && y < 0.99) {
         EXPECT_NEAR(tiles.red(1, i, texel), 1, 2e-3);
       }
+    }
 }
 
 // Three of four squares around a point are seen: one with radiance 1, two with 9. In direction 1, the latter
