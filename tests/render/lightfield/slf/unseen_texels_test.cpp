@@ -238,9 +238,9 @@ TEST(UnseenTexels, ABorderHasTheRadianceOfTheSideThatSawIt) {
   tiles.fill(borderPoints(tiles.field.mesh, charts, 1.0 / kTileSide));
   for (size_t i = 0; i < 6; ++i)
     for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel) {
-      const double y =
-          tiles.pointOf(1, texel)[1]; // corners also have points of edges that this side alone saw
-      if (!isBehind(texel) && y > 0.01 && y < 0.99) {
+      // Corners also have points of edges that this side alone saw; pointOf() shrinks such charts.
+      const double y = tiles.pointOf(1, texel)[1];
+      if (!isBehind(texel) && y > 0.01 && y < 0.8) {
         EXPECT_NEAR(tiles.red(1, i, texel), 1, 2e-3);
       }
     }
