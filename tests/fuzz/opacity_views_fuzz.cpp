@@ -16,7 +16,7 @@ void surflect::fuzz_opacity_views(std::string_view input) {
   olf::parseViews(std::as_bytes(std::span(files.first)), field);
   try {
     olf::PackedViews compressed = field.packed;
-    olf::parseBlocks(std::as_bytes(std::span(files.second)), compressed);
+    olf::readBlocks(OpenFile(memoryFile(files.second)), compressed);
     if (compressed.layerBlocks(1).size() != size_t{kTexels * kTexels}) __builtin_trap();
   } catch (const Error&) {
   }

@@ -161,7 +161,11 @@ void writeOpacityViews(const fs::path& folder) {
   for (uint32_t vertex = 0; vertex <= 4; ++vertex) append(2 * vertex);
   for (uint32_t vertex = 0; vertex < 4; ++vertex)
     for (const uint32_t view : {0u, 1u}) append(view);
-  writeFileAtomically(folder / "two", std::to_string(views.size()) + "0" + views + texels);
+  const std::string start = std::to_string(views.size()) + "0" + views;
+  writeFileAtomically(folder / "two", start + texels);
+  std::string blocks;
+  for (const float white : {1.f, 2.f}) blocks += textOf(std::as_bytes(std::span(&white, 1)));
+  writeFileAtomically(folder / "blocks", start + blocks + std::string(2 * 16, '\x55'));
 }
 
 // Two images of 8 x 8 texels, as spherical_fuzz.cpp has them.

@@ -39,7 +39,7 @@ void requireRatio(const Compression& compression, const TriangleMesh& mesh) {
 
 void requireViewSize(const Compression& compression, int viewSize) {
   if (compression.higherViewSize && *compression.higherViewSize > viewSize)
-    throw Error::mismatch(fmt::format("at most {}, as in the first term", viewSize),
+    throw Error::mismatch(fmt::format("at most {}, as many as the view maps have", viewSize),
                           std::to_string(*compression.higherViewSize))
         .at("--higher-view-size");
 }
@@ -48,13 +48,12 @@ LightFieldMaps compressed(LightFieldMaps maps, const Compression& compression, c
   requireRatio(compression, maps.mesh);
   if (compression.isAsked() && hasBlocks(maps))
     throw Error("have S3TC blocks already, expected bytes").at("maps");
+  if ((compression.higherViewSize || compression.hasCodebooks()) && maps.layout != SurfaceLayout::packed)
+    throw Error("have codebooks already").at("maps");
   requireViewSize(compression, maps.higherViewSize);
-  if (compression.higherViewSize) {
-    if (maps.layout != SurfaceLayout::packed) throw Error("have codebooks already").at("maps");
-    maps = withHigherViewSize(std::move(maps), *compression.higherViewSize);
-  }
+  if (compression.higherViewSize)
+    maps = withHigherViewSize(std::move(maps), *compression.higherViewSize, progress);
   if (compression.hasCodebooks()) {
-    if (maps.layout != SurfaceLayout::packed) throw Error("have codebooks already").at("maps");
     const double error = compression.error.value_or(0);
     maps = withCodebooks(maps,
                          {.start = compression.start.value_or(CodebookStart::split),

@@ -33,9 +33,11 @@ struct FactorizationOptions {
   size_t terms = 3;           // at most
   double tolerance = 0;       // RMS errorOf() at which no further terms are added; 0: always `terms`
   float leastWeight = 0;      // of every finite entry in the fit; errorOf() leaves out entries of weight 0
-  size_t mostIterations = 60; // of NMF, and of PCA with missing entries
-  double convergence = 1e-3;  // iteration ends once the RMS error falls by less than this share in one
-  uint64_t seed = 1;          // of the start of NMF
+  size_t mostIterations = 60; // of NMF; of PCA with missing entries for each term that is added
+  // Iteration ends once the RMS error falls by less than this share in one; of PCA with missing entries the
+  // product of the RMS errors of the first k terms of all k.
+  double convergence = 1e-3;
+  uint64_t seed = 1; // of the start of NMF
 };
 
 // Factors of a matrix. There are fewer terms than asked for if the matrix has no more (a constant matrix has

@@ -38,6 +38,8 @@ const char* nameOf(SurfaceLayout layout) {
   return layout == SurfaceLayout::packed ? "without codebooks" : "with codebooks";
 }
 
+bool hasHigherTerms(const LightFieldMaps& maps) { return maps.terms.size() > 1; }
+
 void requireFitting(const LightFieldMaps& model, const LightFieldMaps& first) {
   if (model.method != first.method)
     throw Error::mismatch(nameOf(first.method), nameOf(model.method)).at("method");
@@ -47,9 +49,6 @@ void requireFitting(const LightFieldMaps& model, const LightFieldMaps& first) {
     throw Error::mismatch(std::to_string(first.samples), std::to_string(model.samples)).at("samples");
   if (model.viewSize != first.viewSize)
     throw Error::mismatch(std::to_string(first.viewSize), std::to_string(model.viewSize)).at("viewSize");
-  if (model.higherViewSize != first.higherViewSize)
-    throw Error::mismatch(std::to_string(first.higherViewSize), std::to_string(model.higherViewSize))
-        .at("higherViewSize");
   const auto isEncoded = [](const MapTable& table) { return table.maps.coding == Coding::dxt1; };
   if (isEncoded(model.mean) || std::ranges::any_of(model.terms, [&](const Term& term) {
         return isEncoded(term.surface) || isEncoded(term.view);
@@ -131,11 +130,15 @@ LightFieldMaps joined(std::span<const LightFieldMaps> models, std::span<const Pl
   scene.layout = models[0].layout;
   scene.samples = models[0].samples;
   scene.viewSize = models[0].viewSize;
-  scene.higherViewSize = models[0].higherViewSize;
+  const auto higher = std::ranges::find_if(models, hasHigherTerms);
+  scene.higherViewSize = (higher == models.end() ? models[0] : *higher).higherViewSize;
   scene.meanWhite = 0;
   size_t terms = 0;
   for (size_t m = 0; m < models.size(); ++m) try {
       requireFitting(models[m], models[0]);
+      if (hasHigherTerms(models[m]) && models[m].higherViewSize != scene.higherViewSize)
+        throw Error::mismatch(std::to_string(scene.higherViewSize), std::to_string(models[m].higherViewSize))
+            .at("higherViewSize");
       terms = std::max(terms, models[m].terms.size());
       scene.meanWhite = std::max(scene.meanWhite, models[m].meanWhite);
     } catch (Error& error) {

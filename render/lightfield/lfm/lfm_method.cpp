@@ -121,14 +121,14 @@ method::BuildReport buildModel(const method::BuildInput& input, const Setting& s
   const BuildChoice choice = method::applied(BuildChoice{}, buildRows(), setting);
   if (lightfield::isFinished(input.source, kFormatTag))
     return compressModel(input, choice.compression, progress);
-  lightfield::Views views = lightfield::viewsOf(input, progress);
   BuildOptions options = choice.options;
+  requireViewSize(choice.compression, options.viewSize); // before all work
+  lightfield::Views views = lightfield::viewsOf(input, progress);
   options.terms = choice.terms.value_or(options.tolerance > 0 ? kTermsWithTolerance : options.terms);
   Resolution resolution = resolutionFor(views, choice.triangles.value_or(0), choice.samples.value_or(0));
   options.samples = resolution.samples;
   views.replaceMesh(std::move(resolution.mesh), progress);
-  requireRatio(choice.compression, views.mesh()); // before all work
-  requireViewSize(choice.compression, options.viewSize);
+  requireRatio(choice.compression, views.mesh());
   lightfield::foretellMemory(input, lightfield::photographMemory(views), "photographs");
   lightfield::foretellMemory(input, memoryFor(Rings(views.mesh(), progress), sizesOf(views, options)),
                              "matrices and maps");

@@ -82,20 +82,28 @@ struct Group {
 
 using Groups = std::vector<Group>;
 
-// Groups with their tilings and layers.
+// Groups with their tilings and layers. All layers of a texture have the side that the largest group needs.
 Groups tiled(Groups groups, const gl::Limits& limits) {
-  int layers = 0;
   for (Group& group : groups) {
     group.firstTile = {0};
     for (const MapSet* set : group.sets)
       group.firstTile.push_back(group.firstTile.back() + tilesOf(group.shape, group.coding, set->count));
-    group.tiling = tilingOf(tileShapeOf(group.shape, group.coding), group.firstTile.back(),
-                            {.side = std::min(2048, limits.textureSize),
-                             .layers = std::min(256, limits.arrayLayers / static_cast<int>(groups.size())),
-                             .largestSide = limits.textureSize});
-    group.firstLayer = layers;
-    layers += group.tiling.layers;
   }
+  int side = std::min(2048, limits.textureSize);
+  const auto tile = [&](int leastSide) {
+    int layers = 0;
+    for (Group& group : groups) {
+      group.tiling = tilingOf(tileShapeOf(group.shape, group.coding), group.firstTile.back(),
+                              {.side = leastSide,
+                               .layers = std::min(256, limits.arrayLayers / static_cast<int>(groups.size())),
+                               .largestSide = limits.textureSize});
+      side = std::max({side, group.tiling.width(), group.tiling.height()});
+      group.firstLayer = layers;
+      layers += group.tiling.layers;
+    }
+  };
+  tile(side);
+  if (const int least = std::min(2048, limits.textureSize); side > least) tile(side);
   return groups;
 }
 

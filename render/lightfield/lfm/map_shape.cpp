@@ -7,6 +7,8 @@
 #include "surfel/geometry/mesh.h"
 #include "surfel/geometry/simplify.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -84,48 +86,76 @@ LightFieldMaps withoutZeros(LightFieldMaps maps) {
 
 namespace {
 
-// Share of each of `from` equal parts of an interval in each of `to` larger ones: [to][from].
-std::vector<std::vector<double>> coverage(int from, int to) {
-  std::vector<std::vector<double>> shares;
+// Cells of a finer grid that one of a coarser grid covers along an axis, and the share that each has in it.
+struct Covered {
+  int first = 0;
+  std::vector<double> shares;
+};
+
+// Covered cells of each of `to` cells, at most `from`, along a side.
+std::vector<Covered> coverage(int from, int to) {
+  std::vector<Covered> all;
   for (int i = 0; i < to; ++i) {
-    auto& row = shares.emplace_back();
-    for (int x = 0; x < from; ++x) // in units of 1 / (from to)
-      row.push_back(std::max(0, std::min((i + 1) * from, (x + 1) * to) - std::max(i * from, x * to)) /
-                    static_cast<double>(from));
+    Covered& covered = all.emplace_back();
+    covered.first = i * from / to;
+    for (int x = covered.first; x * to < (i + 1) * from; ++x) // in units of 1 / (from to)
+      covered.shares.push_back((std::min((i + 1) * from, (x + 1) * to) - std::max(i * from, x * to)) /
+                               static_cast<double>(from));
   }
-  return shares;
+  return all;
+}
+
+// Means of the cells of a view map that those of a smaller one cover.
+std::vector<float> meansOf(std::span<const uint8_t> map, const MapShape& from, const MapShape& to,
+                           const std::vector<Covered>& coverage, Factorization method) {
+  std::vector<float> means;
+  means.reserve(to.bytes());
+  for (const Covered& rows : coverage)
+    for (const Covered& columns : coverage)
+      for (size_t channel = 0; channel < to.channels; ++channel) {
+        double sum = 0;
+        for (size_t y = 0; y < rows.shares.size(); ++y)
+          for (size_t x = 0; x < columns.shares.size(); ++x) {
+            const size_t cell = (static_cast<size_t>(rows.first) + y) * static_cast<size_t>(from.size) +
+                                static_cast<size_t>(columns.first) + x;
+            sum += rows.shares[y] * columns.shares[x] * valueOf(method, map[from.channels * cell + channel]);
+          }
+        means.push_back(static_cast<float>(sum));
+      }
+  return means;
 }
 
 } // namespace
 
-LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size) {
+LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size, const Progress& progress) {
+  assert(maps.layout == SurfaceLayout::packed);
   if (size > maps.higherViewSize)
     throw Error::mismatch("at most " + std::to_string(maps.higherViewSize), std::to_string(size))
         .at("cells of higher view maps");
+  if (size == maps.higherViewSize) return maps;
   const MapShape from = viewShape(maps, 1);
   maps.higherViewSize = size;
   const MapShape to = viewShape(maps, 1);
-  const auto shares = coverage(from.size, to.size);
+  const std::vector<Covered> covered = coverage(from.size, to.size);
   for (size_t k = 1; k < maps.terms.size(); ++k) {
-    MapSet& set = maps.terms[k].view.maps;
+    Term& term = maps.terms[k];
+    MapSet& set = term.view.maps;
     assert(set.coding == Coding::bytes);
-    MapSet smaller{Coding::bytes, set.count, {}};
-    for (size_t map = 0; map < set.count; ++map)
-      for (size_t i = 0; i < to.bytes(); ++i) {
-        const size_t channel = i % to.channels, cell = i / to.channels, side = static_cast<size_t>(to.size);
-        double sum = 0;
-        for (size_t y = 0; y < shares[0].size(); ++y)
-          for (size_t x = 0; x < shares[0].size(); ++x)
-            if (const double share = shares[cell / side][y] * shares[cell % side][x]; share > 0)
-              sum += share *
-                     valueOf(
-                         maps.method,
-                         set.data[map * from.bytes() + from.channels * (y * shares[0].size() + x) + channel]);
-        smaller.data.push_back(byteOf(maps.method, static_cast<float>(sum)));
-      }
-    set = std::move(smaller);
+    std::vector<uint8_t> bytes(set.count * to.bytes());
+    std::vector<float> peaks(set.count); // of the means, which are less than those of the cells
+    tbb::parallel_for(size_t{0}, set.count, [&](size_t map) {
+      progress.checkpoint();
+      const std::vector<float> means = meansOf(std::span(set.data).subspan(map * from.bytes(), from.bytes()),
+                                               from, to, covered, maps.method);
+      peaks[map] = scaleOf(means);
+      for (size_t i = 0; i < means.size(); ++i)
+        bytes[map * to.bytes() + i] = byteOf(maps.method, peaks[map] > 0 ? means[i] / peaks[map] : 0);
+    });
+    set.data = std::move(bytes);
+    for (size_t vertex = 0; vertex < term.scale.size(); ++vertex)
+      if (const uint32_t map = term.view.mapOf[vertex]; map != kNoMap) term.scale[vertex] *= peaks[map];
   }
-  return maps;
+  return withoutZeros(std::move(maps));
 }
 
 MapTable scalarTable(const MapTable& packed, int samples) {

@@ -88,9 +88,10 @@ LightFieldMaps emptyMaps(TriangleMesh mesh, std::vector<VertexFrame> frames, Fac
 // Maps are packed and of coding `bytes`.
 LightFieldMaps withoutZeros(LightFieldMaps maps);
 
-// Maps of coding `bytes` whose view maps have `size` cells along a side from the second term on. A cell is
-// the mean of the cells that it covers. Throws Error if that is more than they have.
-LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size);
+// Packed maps of coding `bytes` whose view maps have `size` cells along a side from the second term on. A
+// cell is the mean of the cells that it covers; maps are scaled so that the largest mean is 1 again. Throws
+// Error if that is more than they have, and Cancelled.
+LightFieldMaps withHigherViewSize(LightFieldMaps maps, int size, const Progress& progress = {});
 
 // Table of the scalar layout for one that is packed: each corner has a map of its own, turned so that the
 // corner comes first. Equal surfaces then have equal maps, whichever corner the triangle starts at.

@@ -78,7 +78,7 @@ struct LightFieldMaps {
   SurfaceLayout layout = SurfaceLayout::packed;
   int samples = 24;  // along a triangle's edge
   int viewSize = 32; // cells of a view map of the first term along each side
-  // Those of further terms, which change less with the direction  [Chen 2002, §4]
+  // Cells of view maps from the second term on, which change less with the direction  [Chen 2002, §4]
   int higherViewSize = 32;
   size_t channels = 3; // of view maps and means: 3 or 4
   std::vector<Term> terms;

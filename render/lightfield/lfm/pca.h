@@ -79,8 +79,8 @@ std::vector<float> takeMean(ArrangedMatrix& matrix);
 // Principal components of a matrix of which not all entries were observed, or not equally well.
 struct FitOptions {
   size_t terms = 1;
-  size_t mostIterations = 1;
-  double convergence = 0; // iteration ends once RMS errors fall by less than this share in one
+  size_t mostIterations = 1; // after each term that is added
+  double convergence = 0; // iteration ends once the product of all RMS errors falls by less than this share
 };
 
 // Mean and `terms` terms with small weighted squared errors, for the first k terms of each k. There are none

@@ -103,4 +103,12 @@ std::vector<uint8_t> s3tcTexels(std::span<const uint8_t> blocks, size_t width, s
   return rgba;
 }
 
+std::array<uint8_t, 4> s3tcTexel(std::span<const uint8_t> block, size_t texel, Blocks kind) {
+  assert(block.size() == blockBytes(kind) && texel < kTexels);
+  BlockTexels texels{};
+  decodeColors(kind == Blocks::dxt5 ? block.data() + 8 : block.data(), kind, texels);
+  if (kind == Blocks::dxt5) decodeAlphas(block.data(), texels);
+  return texels[texel];
+}
+
 } // namespace surflect::lfm

@@ -13,8 +13,6 @@ namespace {
 
 Blocks blocksOf(Coding coding) { return coding == Coding::dxt5 ? Blocks::dxt5 : Blocks::dxt1; }
 
-int wholeBlocks(int texels) { return (texels + kBlockSide - 1) / kBlockSide * kBlockSide; }
-
 size_t areaOf(const TileShape& tile) {
   return static_cast<size_t>(tile.width) * static_cast<size_t>(tile.height);
 }

@@ -42,7 +42,9 @@ BuildReport build(lightfield::Views& views, const BuildOptions& options, const s
   report.visibleViews =
       static_cast<double>(field.visible.views.size()) / static_cast<double>(rings.vertices().size());
   report.width = field.packed.width, report.height = field.packed.height;
-  report.scale = packing.scale, report.pictureBytes = packing.pictureBytes;
+  report.scale = packing.scale, report.cutOffShare = packing.cutOffShare,
+  report.pictureBytes = packing.pictureBytes;
+  report.s3tc = options.packing.s3tc;
   report.packedBytes = field.packed.bytes();
   report.bytes = lightfield::LightFieldFolder(folder, kFormat, kVersion, progress).bytes();
   lap("write");

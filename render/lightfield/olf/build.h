@@ -32,6 +32,8 @@ struct BuildReport {
   double visibleViews = 0;                               // of a vertex, on average
   int width = 0, height = 0;                             // of a packed view
   double scale = 1;                                      // of the packed views' sides
+  bool s3tc = false;                                     // views are blocks
+  double cutOffShare = 0;                                // of blocks: PackingReport::cutOffShare
   uint64_t pictureBytes = 0, packedBytes = 0, bytes = 0; // of whole pictures, packed views, the folder
   std::map<std::string, double> seconds;                 // by step
 };

@@ -77,7 +77,7 @@ struct PackedView {
 };
 
 // Views as half floats, or as S3TC (DXT5) blocks. Blocks hold bytes of the root of a colour's share of white,
-// not premultiplied, and of alpha. Both are interpolated as they are stored.
+// not premultiplied, and of alpha. Interpolation takes stored values: premultiplied half floats, or roots.
 struct PackedViews {
   int width = 1, height = 1; // of each layer; of blocks multiples of 4
   std::vector<PackedView> views;

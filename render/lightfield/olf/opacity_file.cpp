@@ -4,8 +4,12 @@
 #include "render/lightfield/lfm/s3tc.h"
 #include "surfel/base/archive.h"
 #include "surfel/base/error.h"
+#include "surfel/base/file.h"
 
+#include <algorithm>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace surflect::olf {
 
@@ -43,14 +47,21 @@ void describeViews(Archive& archive, OpacityField& field) {
   archive.array<uint32_t>("visibleViews", visible.views, visible.first.back(), Below(views));
 }
 
-// blocks.bin. When it is read, there are the views and the size of a layer.
-void describeBlocks(Archive& archive, PackedViews& packed) {
+// Start of blocks.bin. When it is read, there are the views.
+void describeWhites(Archive& archive, PackedViews& packed) {
   std::vector<float> whites;
   for (const PackedView& view : packed.views) whites.push_back(view.white);
   archive.array<float>("white", whites, packed.views.size(), {1e-30f});
   if (archive.isReading())
     for (size_t view = 0; view < whites.size(); ++view) packed.views[view].white = whites[view];
-  archive.array<uint8_t>("blocks", packed.blocks, packed.views.size() * packed.layerTexels());
+}
+
+// Throws Error unless layers are whole blocks.
+void requireWholeBlocks(const PackedViews& packed, const std::filesystem::path& manifest) {
+  for (const auto& [name, size] :
+       {std::pair{"numbers.width", packed.width}, {"numbers.height", packed.height}})
+    if (size % lfm::kBlockSide != 0)
+      throw Error::mismatch("a multiple of 4 for blocks", std::to_string(size)).at(name).in(manifest);
 }
 
 // Throws Error unless the views of each vertex follow those of the vertex before, and rise.
@@ -83,10 +94,14 @@ void writeField(const OpacityField& field, const capture::Capture& capture,
                 const std::filesystem::path& folder, const Progress& progress) {
   lightfield::LightFieldWriter writer(folder, kFormat, kVersion);
   writer.write(kViewsFile, written(field, describeViews));
-  if (field.packed.isCompressed())
-    writer.write(kBlocksFile, written(field.packed, describeBlocks));
-  else
+  if (field.packed.isCompressed()) {
+    AtomicFile blocks(writer.file(kBlocksFile));
+    blocks.write(written(field.packed, describeWhites));
+    blocks.write(std::as_bytes(std::span(field.packed.blocks)));
+    blocks.commit();
+  } else {
     writer.write(kTexelsFile, std::as_bytes(std::span(field.packed.texels)));
+  }
   writer.commit(capture, field.mesh, lightfield::numbersOf(field, describeNumbers), progress);
 }
 
@@ -95,13 +110,26 @@ void parseViews(std::span<const std::byte> bytes, OpacityField& field) {
   requireRising(field.visible, field.mesh.positions.size());
 }
 
-void parseBlocks(std::span<const std::byte> bytes, PackedViews& packed) {
-  for (const int size : {packed.width, packed.height})
-    if (size % lfm::kBlockSide != 0)
-      throw Error::mismatch("multiples of 4",
-                            std::to_string(packed.width) + " x " + std::to_string(packed.height))
-          .at("size of a layer");
-  parse(bytes, [&](Archive& archive) { describeBlocks(archive, packed); });
+void readBlocks(const OpenFile& file, PackedViews& packed, const Progress& progress) {
+  constexpr size_t kPortion = size_t{1} << 24;
+  const size_t start = packed.views.size() * sizeof(float),
+               count = packed.views.size() * packed.layerTexels();
+  if (file.bytes() != start + count)
+    throw Error::mismatch(std::to_string(start + count) + " bytes", std::to_string(file.bytes()) + " bytes")
+        .in(file.path());
+  std::vector<std::byte> whites(start);
+  file.read(0, whites);
+  try {
+    parse(whites, [&](Archive& archive) { describeWhites(archive, packed); });
+  } catch (Error& error) {
+    throw std::move(error).in(file.path());
+  }
+  packed.blocks.resize(count);
+  for (size_t begin = 0; begin < count; begin += kPortion) {
+    progress.checkpoint();
+    const auto portion = std::span(packed.blocks).subspan(begin, std::min(kPortion, count - begin));
+    file.read(start + begin, std::as_writable_bytes(portion));
+  }
 }
 
 OpacityField readField(const lightfield::LightFieldFolder& folder, const Progress& progress) {
@@ -120,8 +148,8 @@ OpacityField readField(const lightfield::LightFieldFolder& folder, const Progres
   for (const capture::Frame& frame : rig.frames) field.cameras.push_back(rig.views[frame.view].camera);
   folder.read(kViewsFile, progress, [&](std::span<const std::byte> bytes) { parseViews(bytes, field); });
   if (folder.has(kBlocksFile)) {
-    folder.read(kBlocksFile, progress,
-                [&](std::span<const std::byte> bytes) { parseBlocks(bytes, field.packed); });
+    requireWholeBlocks(field.packed, folder.path() / "manifest.json");
+    readBlocks(folder.checked(kBlocksFile, progress), field.packed, progress);
     return field;
   }
   const OpenFile texels = folder.checked(kTexelsFile, progress);

@@ -5,6 +5,7 @@
 #include "render/lightfield/common/light_field_folder.h"
 #include "render/lightfield/olf/opacity_field.h"
 #include "srf/capture/capture.h"
+#include "surfel/base/file.h"
 #include "surfel/base/time.h"
 
 #include <cstddef>
@@ -28,7 +29,8 @@ OpacityField readField(const lightfield::LightFieldFolder& folder, const Progres
 // Reads the content of views.bin into a field that has its mesh, its cameras and the size of a layer. Throws
 // Error naming the field as readField() does.
 void parseViews(std::span<const std::byte> bytes, OpacityField& field);
-// Reads the content of blocks.bin into views of parseViews(). Throws Error likewise.
-void parseBlocks(std::span<const std::byte> bytes, PackedViews& packed);
+// Reads blocks.bin into views of parseViews(), whose layers are whole blocks. Throws Error naming the file,
+// likewise; and Cancelled.
+void readBlocks(const OpenFile& file, PackedViews& packed, const Progress& progress = {});
 
 } // namespace surflect::olf

@@ -126,24 +126,6 @@ OpacityMatrix opacityMatrix(const Resampling& resampling, const lfm::RingRows& r
   return matrix;
 }
 
-double whiteLevel(const PackedViews& packed) {
-  constexpr double kShare = 0.995;
-  constexpr float kOpaque = 0.5f;
-  image::PercentileCounter values;
-  for (size_t view = 0; view < packed.views.size(); ++view)
-    for (int y = 0; y < packed.views[view].height; ++y)
-      for (int x = 0; x < packed.views[view].width; ++x) {
-        const Texel& texel = packed.layer(
-            view)[static_cast<size_t>(y) * static_cast<size_t>(packed.width) + static_cast<size_t>(x)];
-        if (const float alpha = image::floatOfHalf(texel[3]); alpha > kOpaque)
-          values.add(std::max({image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]),
-                               image::floatOfHalf(texel[2])}) /
-                     alpha);
-      }
-  const double level = values.percentile(kShare);
-  return level > 0 ? level : 1;
-}
-
 namespace {
 
 // A field of the views at full size.
@@ -200,7 +182,7 @@ OpacityMaps mapsOf(const OpacityField& field, const lfm::Rings& rings, const Map
   const lfm::ViewGrid grid(options.viewSize);
   requireMemoryFor(rings, {options.samples, options.viewSize, options.terms, kMapChannels});
   const std::vector<lfm::VertexFrame> frames = viewFrames(field, rings);
-  const Resampling resampling{field, rings, frames, patch, grid, whiteLevel(field.packed)};
+  const Resampling resampling{field, rings, frames, patch, grid, whiteLevel(field.packed.texels)};
   lfm::MapStore store(emptyMaps(weldedMesh(field.mesh, rings), frames, lfm::Factorization::pca,
                                 options.samples, options.viewSize, options.terms, kMapChannels),
                       rings);

@@ -57,10 +57,6 @@ struct OpacityMatrix {
 OpacityMatrix opacityMatrix(const Resampling& resampling, const lfm::RingRows& rows, uint32_t vertex,
                             const Progress& progress = {});
 
-// Radiance that 99.5 % of the texels which are more opaque than transparent do not exceed, in any channel; 1
-// if all are black.
-double whiteLevel(const PackedViews& packed);
-
 struct MapBuildOptions {
   MeshChoice mesh = {};
   std::optional<Visible> visible = {}; // none: all for an opacity hull, ring for another mesh

@@ -65,11 +65,15 @@ method::BuildReport buildModel(Blending method, const method::BuildInput& input,
   if (report.scale < 1)
     input.say(fmt::format("views are scaled to {:.0f} % of their width to stay within --budget-mb",
                           100 * report.scale));
+  if (report.cutOffShare > 0)
+    input.say(
+        fmt::format("{:.2g} % of the visible texels are brighter than the white of their view, and cut off",
+                    100 * report.cutOffShare));
   input.say(
-      fmt::format("{}: {} triangles{}, {} views of {} x {} texels, {:.0f} for each vertex, {}; {:.1f} s",
+      fmt::format("{}: {} triangles{}, {} views of {} x {} texels{}, {:.0f} for each vertex, {}; {:.1f} s",
                   input.output.string(), report.triangles, report.isHull ? " of the opacity hull" : "",
-                  report.views, report.width, report.height, report.visibleViews,
-                  lightfield::mebibytes(report.bytes), watch.seconds()));
+                  report.views, report.width, report.height, report.s3tc ? " as S3TC" : "",
+                  report.visibleViews, lightfield::mebibytes(report.bytes), watch.seconds()));
   const auto count = [](auto number) { return static_cast<double>(number); };
   return {.counts = {{"triangles", count(report.triangles)},
                      {"vertices", count(report.vertices)},
@@ -80,6 +84,8 @@ method::BuildReport buildModel(Blending method, const method::BuildInput& input,
                      {"view_width", report.width},
                      {"view_height", report.height},
                      {"scale", report.scale},
+                     {"s3tc", count(report.s3tc)},
+                     {"cut_off_share", report.cutOffShare},
                      {"picture_bytes", count(report.pictureBytes)},
                      {"packed_bytes", count(report.packedBytes)},
                      {"bytes", count(report.bytes)}},
@@ -115,9 +121,11 @@ struct OpenOpacity {
   std::shared_ptr<const gl::Context> context = gl::contextOfThread();
   std::optional<OpacityFrame> frame;
   RenderOptions options = {};
+  bool s3tc;
 
   OpenOpacity(const std::filesystem::path& path, const RenderOptions& given, const Progress& progress)
-      : folder(path, kFormat, kVersion, progress), field(readField(folder, progress)) {
+      : folder(path, kFormat, kVersion, progress), field(readField(folder, progress)),
+        s3tc(field.packed.isCompressed()) {
     blender.emplace(field, progress);
     frame.emplace(field, given.order, progress);
     field.packed.texels = {}, field.packed.blocks = {}; // the driver has them now
@@ -127,6 +135,7 @@ struct OpenOpacity {
     std::map<std::string, size_t> counts = {{"views", field.cameras.size()},
                                             {"triangles", field.mesh.triangles.size()},
                                             {"pieces", frame->pieces()},
+                                            {"s3tc", s3tc},
                                             {"texture_bytes", frame->textureBytes()}};
     size_t auxiliary = 0;
     for (const auto& parts : {blender->bytes(), frame->auxiliaryBytes()})

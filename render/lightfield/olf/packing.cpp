@@ -9,7 +9,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace surflect::olf {
@@ -20,8 +22,6 @@ int scaledSize(int size, double scale) {
   return std::max(1, static_cast<int>(std::ceil(scale * size - 1e-9)));
 }
 
-int wholeBlocks(int texels) { return (texels + lfm::kBlockSide - 1) / lfm::kBlockSide * lfm::kBlockSide; }
-
 struct LayerSize {
   int width = 1, height = 1;
 };
@@ -31,7 +31,7 @@ LayerSize layerSize(std::span<const image::PixelWindow> windows, double scale, b
   for (const image::PixelWindow& window : windows)
     size = {std::max(size.width, scaledSize(window.width(), scale)),
             std::max(size.height, scaledSize(window.height(), scale))};
-  return s3tc ? LayerSize{wholeBlocks(size.width), wholeBlocks(size.height)} : size;
+  return s3tc ? LayerSize{lfm::wholeBlocks(size.width), lfm::wholeBlocks(size.height)} : size;
 }
 
 // Red, green and blue of a texel over its alpha, and alpha; black where it is transparent.
@@ -42,6 +42,19 @@ Eigen::Vector4f straight(const Texel& texel) {
     for (Eigen::Index c = 0; c < 3; ++c)
       color[c] = std::max(0.f, image::floatOfHalf(texel[static_cast<size_t>(c)])) / alpha;
   return color;
+}
+
+// Views that are read at once, so that they and what is made of them take about a gigabyte; at least one.
+size_t picturesAtOnce(const lightfield::Views& views, std::span<const size_t> training, bool s3tc) {
+  constexpr size_t kMost = 8, kBytes = size_t{1} << 30;
+  // Of a pixel: the picture as floats, twice; half floats, roots, and the levels that fill them.
+  const size_t ofPixel = 32 + (s3tc ? 50 : 8);
+  size_t pixels = 1;
+  for (const size_t view : training) {
+    const capture::Lens& lens = views.camera(view).lens;
+    pixels = std::max(pixels, static_cast<size_t>(lens.width) * static_cast<size_t>(lens.height));
+  }
+  return std::clamp<size_t>(kBytes / (ofPixel * pixels), 1, kMost);
 }
 
 } // namespace
@@ -77,54 +90,64 @@ void mendInvalid(image::Image& rgba) {
     }
 }
 
-ViewBlocks viewBlocks(std::span<const Texel> texels, int width, int height) {
-  constexpr float kVisible = 1.f / 8; // alpha of colours that determine white
-  std::vector<Eigen::Vector4f> roots;
-  ViewBlocks result{0, {}};
-  for (const Texel& texel : texels) {
-    const Eigen::Vector4f& color = roots.emplace_back(straight(texel));
-    if (color[3] >= kVisible) result.white = std::max(result.white, color.head<3>().maxCoeff());
-  }
-  if (!(result.white > 0)) result.white = 1;
-  for (Eigen::Vector4f& color : roots)
-    color.head<3>() = (color.head<3>() / result.white).cwiseMin(1.f).cwiseSqrt();
-  std::vector<Eigen::Vector4f> filled = roots;
-  for (Eigen::Vector4f& color : filled) color[3] = color[3] > 0 ? 1.f : 0.f;
-  lightfield::pullPush(filled, width, height);
-  std::vector<uint8_t> bytes;
-  for (size_t i = 0; i < roots.size(); ++i)
-    for (const float value : {filled[i][0], filled[i][1], filled[i][2], roots[i][3]})
-      bytes.push_back(static_cast<uint8_t>(std::lround(255 * value)));
-  result.blocks = lfm::s3tcBlocks(bytes, static_cast<size_t>(width), static_cast<size_t>(height),
-                                  lfm::Blocks::dxt5, lfm::ColorFit::byAlpha);
-  return result;
+double whiteLevel(std::span<const Texel> texels) {
+  constexpr double kShare = 0.995;
+  constexpr float kOpaque = 0.5f;
+  image::PercentileCounter values;
+  for (const Texel& texel : texels)
+    if (const float alpha = image::floatOfHalf(texel[3]); alpha > kOpaque)
+      values.add(std::max({image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]),
+                           image::floatOfHalf(texel[2])}) /
+                 alpha);
+  const double level = values.percentile(kShare);
+  return level > 0 ? level : 1;
 }
 
-PackedViews withBlocks(const PackedViews& packed) {
-  PackedViews result{wholeBlocks(packed.width), wholeBlocks(packed.height), packed.views, {}, {}};
-  result.blocks.resize(packed.views.size() * result.layerTexels());
-  tbb::parallel_for(size_t{0}, packed.views.size(), [&](size_t view) {
-    std::vector<Texel> layer(result.layerTexels(), Texel{});
-    for (size_t y = 0, width = static_cast<size_t>(packed.width); y < static_cast<size_t>(packed.height); ++y)
-      std::ranges::copy(packed.layer(view).subspan(y * width, width),
-                        layer.begin() + static_cast<std::ptrdiff_t>(y * static_cast<size_t>(result.width)));
-    const ViewBlocks blocks = viewBlocks(layer, result.width, result.height);
-    result.views[view].white = blocks.white;
-    std::ranges::copy(blocks.blocks,
-                      result.blocks.begin() + static_cast<std::ptrdiff_t>(view * result.layerTexels()));
-  });
+ViewBlocks viewBlocks(std::vector<Texel> texels, int width, int height) {
+  constexpr float kVisible = 1.f / 8; // alpha of colours that count as the brightest
+  constexpr float kBrightest = 4;     // of white levels; brighter colours are cut off
+  const float most = kBrightest * static_cast<float>(whiteLevel(texels));
+  ViewBlocks result;
+  float brightest = 0;
+  std::vector<Eigen::Vector4f> filled;
+  std::vector<uint8_t> alphas;
+  filled.reserve(texels.size()), alphas.reserve(texels.size());
+  for (const Texel& texel : texels) {
+    Eigen::Vector4f& color = filled.emplace_back(straight(texel));
+    alphas.push_back(static_cast<uint8_t>(std::lround(255 * color[3])));
+    if (color[3] >= kVisible) {
+      const float value = color.head<3>().maxCoeff();
+      brightest = std::max(brightest, value);
+      ++result.visible, result.cutOff += value > most;
+    }
+    color[3] = color[3] > 0 ? 1.f : 0.f;
+  }
+  texels = {};
+  result.white = brightest > 0 ? std::min(brightest, most) : 1;
+  for (Eigen::Vector4f& color : filled)
+    color.head<3>() = (color.head<3>() / result.white).cwiseMin(1.f).cwiseSqrt();
+  lightfield::pullPush(filled, width, height);
+  std::vector<uint8_t> bytes(4 * filled.size());
+  for (size_t i = 0; i < filled.size(); ++i) {
+    for (size_t c = 0; c < 3; ++c)
+      bytes[4 * i + c] = static_cast<uint8_t>(std::lround(255 * filled[i][static_cast<Eigen::Index>(c)]));
+    bytes[4 * i + 3] = alphas[i];
+  }
+  filled = {};
+  result.blocks = lfm::s3tcBlocks(bytes, static_cast<size_t>(width), static_cast<size_t>(height),
+                                  lfm::Blocks::dxt5, lfm::ColorFit::byAlpha);
   return result;
 }
 
 PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training,
                       const PackingOptions& options, PackingReport& report, const Progress& progress) {
   const size_t budget = options.budget;
-  constexpr size_t kPicturesAtOnce = 8;
   const Progress quiet{{}, progress.cancelled};
   const auto eachPicture = [&](const char* step, const auto& use) {
-    for (size_t begin = 0; begin < training.size(); begin += kPicturesAtOnce) {
+    const size_t atOnce = picturesAtOnce(views, training, options.s3tc);
+    for (size_t begin = 0; begin < training.size(); begin += atOnce) {
       progress(step, static_cast<double>(begin) / static_cast<double>(training.size()));
-      tbb::parallel_for(begin, std::min(training.size(), begin + kPicturesAtOnce), [&](size_t i) {
+      tbb::parallel_for(begin, std::min(training.size(), begin + atOnce), [&](size_t i) {
         image::Image picture = views.read(training[i], quiet);
         mendInvalid(picture);
         use(i, picture);
@@ -164,6 +187,7 @@ PackedViews packViews(const lightfield::Views& views, std::span<const size_t> tr
     packed.blocks.resize(training.size() * size);
   else
     packed.texels.resize(training.size() * size);
+  std::atomic<size_t> visible = 0, cutOff = 0;
   eachPicture("pack", [&](size_t i, const image::Image& picture) {
     const image::PixelWindow& window = windows[i];
     PackedView& view = packed.views[i];
@@ -181,10 +205,12 @@ PackedViews packViews(const lightfield::Views& views, std::span<const size_t> tr
         for (size_t c = 0; c < 4; ++c) texel[c] = image::finiteHalf(part.at(x, y)[c]);
       }
     if (!options.s3tc) return;
-    const ViewBlocks blocks = viewBlocks(own, packed.width, packed.height);
+    const ViewBlocks blocks = viewBlocks(std::move(own), packed.width, packed.height);
     view.white = blocks.white;
+    visible += blocks.visible, cutOff += blocks.cutOff;
     std::ranges::copy(blocks.blocks, packed.blocks.begin() + static_cast<std::ptrdiff_t>(i * size));
   });
+  report.cutOffShare = visible > 0 ? static_cast<double>(cutOff) / static_cast<double>(visible) : 0;
   return packed;
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace surflect::olf {
 
@@ -23,10 +24,11 @@ void mendInvalid(image::Image& rgba);
 struct PackingReport {
   uint64_t pictureBytes = 0; // of whole pictures, 8 for each pixel
   double scale = 1;          // of the packed pictures' sides
+  double cutOffShare = 0;    // of blocks: visible texels that are brighter than white
 };
 
 struct PackingOptions {
-  size_t budget = 0; // bytes of the packed views
+  size_t budget;     // bytes of the packed views
   bool s3tc = false; // blocks in place of half floats
 };
 
@@ -36,18 +38,20 @@ struct PackingOptions {
 PackedViews packViews(const lightfield::Views& views, std::span<const size_t> training,
                       const PackingOptions& options, PackingReport& report, const Progress& progress = {});
 
+// Radiance below which 99.5 % of a texel's largest channel over its alpha lie, where alpha is above 1/2; 1 if
+// that is 0.
+double whiteLevel(std::span<const Texel> texels);
+
 // S3TC blocks of a view.  [Vlasic 2003, §7]
 struct ViewBlocks {
-  float white = 1; // PackedView::white
+  float white = 1;                // PackedView::white
+  size_t visible = 0, cutOff = 0; // texels of alpha 1/8 or more; those of them that are brighter than white
   std::vector<uint8_t> blocks;
 };
 
-// Blocks of width x height texels (multiples of 4). White is the largest colour of texels that are visible.
-// Colours of transparent texels, which interpolation reads at outlines, are those around them; blocks fit
-// colours by their alpha.
-ViewBlocks viewBlocks(std::span<const Texel> texels, int width, int height);
-
-// Views of half floats as blocks.
-PackedViews withBlocks(const PackedViews& packed);
+// Blocks of width x height texels (multiples of 4). White is the largest colour of texels that are visible,
+// and at most four white levels: a few bright texels do not take all codes. Colours of transparent texels,
+// which interpolation reads at outlines, are those around them; blocks fit colours by their alpha.
+ViewBlocks viewBlocks(std::vector<Texel> texels, int width, int height);
 
 } // namespace surflect::olf

@@ -60,10 +60,11 @@ Eigen::Vector4d storedTexel(const PackedViews& packed, size_t view, int i, int j
   Eigen::Vector4d value;
   if (packed.isCompressed()) {
     constexpr size_t kSide = lfm::kBlockSide, kBytes = lfm::blockBytes(lfm::Blocks::dxt5);
-    const auto block = packed.layerBlocks(view).subspan(kBytes * (y / kSide * (width / kSide) + x / kSide));
-    const std::vector<uint8_t> texels = lfm::s3tcTexels(block.first(kBytes), kSide, kSide, lfm::Blocks::dxt5);
-    for (size_t c = 0; c < 4; ++c)
-      value[static_cast<Eigen::Index>(c)] = texels[4 * (y % kSide * kSide + x % kSide) + c] / 255.0;
+    const auto block =
+        packed.layerBlocks(view).subspan(kBytes * (y / kSide * (width / kSide) + x / kSide), kBytes);
+    const std::array<uint8_t, 4> bytes =
+        lfm::s3tcTexel(block, y % kSide * kSide + x % kSide, lfm::Blocks::dxt5);
+    for (size_t c = 0; c < 4; ++c) value[static_cast<Eigen::Index>(c)] = bytes[c] / 255.0;
   } else {
     const Texel& halves = packed.layer(view)[y * width + x];
     for (size_t c = 0; c < 4; ++c)

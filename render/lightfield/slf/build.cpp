@@ -128,8 +128,8 @@ public:
       });
       begin = end;
     }
-    fillUnseen(file);
     progress_("textures", 1);
+    timed(report.fillSeconds, [&] { fillUnseen(file); });
     report.texels = file.texels();
     report.inventedShare =
         shown_.texels > 0 ? static_cast<double>(shown_.invented) / static_cast<double>(shown_.texels) : 0;
@@ -221,9 +221,8 @@ private:
                                ++report.texturesStored;
                              }};
     // Black regions are not stored.
-    const std::vector<uint8_t> isBlack =
-        fillUnseenTexels(field_, seen_, base_, borderPoints(views_.mesh(), charts_, report.texelSize), store,
-                         {{}, progress_.cancelled});
+    const std::vector<uint8_t> isBlack = fillUnseenTexels(
+        field_, seen_, base_, borderPoints(views_.mesh(), charts_, report.texelSize), store, progress_);
     report.blackRegions = static_cast<size_t>(std::ranges::count(isBlack, 1));
   }
 

@@ -49,7 +49,8 @@ struct BuildReport {
   size_t blackRegions = 0;    // of the unseen regions, those not connected to a seen one: black
   double inventedShare = 0;   // not observed, of the stored texels in directions in front of them
   uint64_t bytes = 0;         // of the folder
-  double regionSeconds = 0, photographSeconds = 0, visibilitySeconds = 0, textureSeconds = 0, fileSeconds = 0;
+  double regionSeconds = 0, photographSeconds = 0, visibilitySeconds = 0, textureSeconds = 0, fillSeconds = 0,
+         fileSeconds = 0; // fill: of unseen texels
 };
 
 // Throws Error for options outside their ranges, and as Views::read(), regionsOf(), chartsOf() and

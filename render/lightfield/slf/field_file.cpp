@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cerrno>
+#include <cstring>
 #include <span>
 #include <string>
 #include <utility>
@@ -119,21 +121,28 @@ std::fstream& TextureWriter::at(uint64_t place) {
   if (!again_.is_open()) again_.open(file_.temporary(), std::ios::in | std::ios::out | std::ios::binary);
   const auto position = static_cast<std::streamoff>(place * sizeof(Texel));
   again_.seekg(position), again_.seekp(position);
+  errno = 0;
   return again_;
+}
+
+Error TextureWriter::failed(const char* what) const {
+  const int reason = errno;
+  const std::string text = reason != 0 ? std::string(" (") + std::strerror(reason) + ')' : "";
+  return Error(std::string("cannot ") + what + " textures again" + text).in(path_);
 }
 
 std::vector<Texel> TextureWriter::read(uint64_t place, size_t texels) {
   std::vector<Texel> result(texels);
   at(place).read(reinterpret_cast<char*>(result.data()),
                  static_cast<std::streamsize>(std::span(result).size_bytes()));
-  if (!again_) throw Error("cannot read textures again").in(file_.temporary());
+  if (!again_) throw failed("read");
   return result;
 }
 
 void TextureWriter::replace(uint64_t place, std::span<const Texel> texels) {
   at(place).write(reinterpret_cast<const char*>(texels.data()),
                   static_cast<std::streamsize>(texels.size_bytes()));
-  if (!again_.flush()) throw Error("cannot replace textures").in(file_.temporary());
+  if (!again_.flush()) throw failed("write");
 }
 
 TextureFile::TextureFile(OpenFile file, TexturePlaces places, std::span<const Region> regions)

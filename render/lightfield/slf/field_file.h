@@ -43,7 +43,7 @@ StoredField parseField(std::span<const std::byte> bytes, TriangleMesh mesh, uint
 // Writes textures as they are made. The file appears at commit().
 class TextureWriter {
 public:
-  explicit TextureWriter(const std::filesystem::path& path) : file_(path) {}
+  explicit TextureWriter(const std::filesystem::path& path) : path_(path), file_(path) {}
 
   // Returns the place of the texture.
   uint64_t append(std::span<const Texel> texels) {
@@ -59,7 +59,9 @@ public:
 
 private:
   std::fstream& at(uint64_t place);
+  Error failed(const char* what) const;
 
+  std::filesystem::path path_;
   AtomicFile file_;
   std::fstream again_; // the same file
   uint64_t written_ = 0;

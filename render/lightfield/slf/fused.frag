@@ -7,7 +7,7 @@ uniform int triangleCount;              // of the direction mesh that this draw 
 uniform vec4 hatRows[3 * kTriangles];   // hat of each corner, up to a common factor: its product with r
 uniform vec4 triangleSlots[kTriangles]; // of the three corners' textures; and the triangle's number, ascending
 uniform int comparedTriangles;          // triangles of the whole mesh if other draws have some of them, or 0
-layout(binding = 8) uniform sampler2D meshHatRows; // hatRows of the whole mesh: column corner, row triangle
+layout(binding = kArrays) uniform sampler2D meshHatRows; // hatRows of the whole mesh: column corner, row triangle
 uniform float sureHat; // hats above this, for a unit r, are in the triangle that holds r, whatever rounding does
 uniform vec3 viewerCentred;
 in vec2 placeTexels;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 namespace surflect::slf {
@@ -107,6 +108,19 @@ float distanceOf(float depth, const gl::DepthRange& range) {
   const double distance = range.far * range.near / (range.far - depth * (range.far - range.near));
   return static_cast<float>(distance);
 }
+
+// Whether texel.glsl declares kMostArrays, by a single digit: units after these belong to other textures.
+constexpr bool declaresMostArrays() {
+  constexpr std::string_view kStart = "const int kArrays = ";
+  for (const gl::ShaderFile& file : kShaders) {
+    const std::string_view text(file.text);
+    if (const size_t at = text.find(kStart); at != std::string_view::npos)
+      return text[at + kStart.size()] == '0' + static_cast<int>(kMostArrays) &&
+             text[at + kStart.size() + 1] == ';';
+  }
+  return false;
+}
+static_assert(declaresMostArrays());
 
 } // namespace
 

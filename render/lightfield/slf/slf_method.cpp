@@ -89,6 +89,7 @@ method::BuildReport buildField(const method::BuildInput& input, const Setting& s
                       {"photographs", report.photographSeconds},
                       {"visibility", report.visibilitySeconds},
                       {"textures", report.textureSeconds},
+                      {"unseen", report.fillSeconds},
                       {"files", report.fileSeconds},
                       {"all", watch.seconds()}}};
 }

@@ -109,8 +109,7 @@ public:
   // The most textures that place() takes.
   size_t groupSize() const { return groupSize_; }
   const SlotShape& shape() const { return shape_; }
-  // Array textures for the units of texel.glsl, kMostArrays; the first one stands for those that there are
-  // not.
+  // Array textures for the units of texel.glsl, kMostArrays; missing ones repeat the first.
   std::vector<const gl::Texture*> arrays() const;
 
   uint32_t numberOf(size_t region, size_t direction) const {

@@ -41,18 +41,26 @@ Vec3<float> radianceOf(const Texel& texel) {
   return {image::floatOfHalf(texel[0]), image::floatOfHalf(texel[1]), image::floatOfHalf(texel[2])};
 }
 
-// Mean of what is added; by base direction.
-struct PointRadiance {
-  std::vector<Vec3<float>> sum;
-  float weight = 0;
+// Weights of radiance that no photograph shows, beside 1 of observed radiance: it counts only where there is
+// no better one.
+constexpr float kExtrapolated = 1e-3f; // of a texel that is seen from other directions, or filled
+constexpr float kStandIn = 1e-6f;      // of the nearest direction that has a texture
 
-  void add(std::span<const Vec3<float>> radiance) {
-    if (sum.empty()) sum.assign(radiance.size(), Vec3<float>::Zero());
-    for (size_t i = 0; i < sum.size(); ++i) sum[i] += radiance[i];
-    ++weight;
+using WeightedRadiance = Eigen::Vector4f; // radiance, and its weight
+
+// Weighted mean of the radiance of several regions, by base direction.
+struct PointRadiance {
+  std::vector<WeightedRadiance> sum; // of weight times radiance, and of weights
+
+  void add(std::span<const WeightedRadiance> radiance) {
+    if (sum.empty()) sum.assign(radiance.size(), WeightedRadiance::Zero());
+    for (size_t i = 0; i < sum.size(); ++i) {
+      sum[i].head<3>() += radiance[i][3] * radiance[i].head<3>();
+      sum[i][3] += radiance[i][3];
+    }
   }
-  bool isKnown() const { return weight > 0; }
-  Vec3<float> mean(size_t direction) const { return sum[direction] / weight; }
+  bool isKnown() const { return !sum.empty(); }
+  Vec3<float> mean(size_t direction) const { return sum[direction].head<3>() / sum[direction][3]; }
 };
 
 // Directions of a region that have a texture, and how those of the base follow from them: by hat functions;
@@ -61,6 +69,7 @@ struct RegionDirections {
   std::vector<size_t> used;                                    // of the region
   std::vector<size_t> baseOf;                                  // of each used one
   std::vector<std::array<std::pair<size_t, float>, 3>> shares; // by base direction, of used ones
+  std::vector<float> weights;                                  // by base direction: of used ones, or kStandIn
 
   RegionDirections(const DirectionMesh& own, std::span<const uint8_t> isUsed, const DirectionMesh& base) {
     std::vector<size_t> place(isUsed.size(), 0);
@@ -86,29 +95,32 @@ struct RegionDirections {
         }
       if (sum > 1e-3f) {
         for (auto& [direction, weight] : share) weight /= sum;
+        weights.push_back(sum);
       } else {
         const auto nearest = std::ranges::max_element(
             used, {}, [&](size_t direction) { return dot(own.directions()[direction], r); });
         share = {};
         share[0] = {static_cast<size_t>(nearest - used.begin()), 1.f};
+        weights.push_back(kStandIn);
       }
     }
   }
 
-  std::vector<Vec3<float>> inBase(std::span<const Vec3<float>> ofUsed) const {
-    std::vector<Vec3<float>> result;
-    for (const auto& share : shares) {
-      Vec3<float>& sum = result.emplace_back(Vec3<float>::Zero());
-      for (const auto& [direction, weight] : share) sum += weight * ofUsed[direction];
+  std::vector<WeightedRadiance> inBase(std::span<const WeightedRadiance> ofUsed) const {
+    std::vector<WeightedRadiance> result;
+    for (size_t i = 0; i < shares.size(); ++i) {
+      WeightedRadiance& sum = result.emplace_back(WeightedRadiance::Zero());
+      for (const auto& [direction, share] : shares[i]) sum += share * ofUsed[direction];
+      sum[3] *= weights[i];
     }
     return result;
   }
 };
 
-class Fill {
+class BorderFill {
 public:
-  Fill(const Field& field, std::span<const SeenRegion> seen, const DirectionMesh& base,
-       const BorderPoints& borders, const TextureStore& store, const Progress& progress)
+  BorderFill(const Field& field, std::span<const SeenRegion> seen, const DirectionMesh& base,
+             const BorderPoints& borders, const TextureStore& store, const Progress& progress)
       : field_(field), seen_(seen), base_(base), borders_(borders), store_(store), progress_(progress),
         isAsked_(borders.count, 0), points_(borders.count) {
     for (size_t region = 0; region < seen.size(); ++region)
@@ -122,25 +134,26 @@ public:
     for (size_t region = 0; region < regions; ++region)
       if (seen_[region].isUnseen())
         isOpen[region] = 1;
-      else if (asksAt(region, [&](const BorderPoint& point) { return seenShare(region, point) > 0; }))
+      else if (hasPoint(region, [&](const BorderPoint& point) { return seenShare(region, point) > 0; }))
         collect(region, texturesOf(region), [&](size_t texel) { return seen_[region].isSeen[texel]; });
-    settle();
+    publish();
     // Regions that were seen in part, then the others step by step outwards.
-    step([&](size_t region) { return !isOpen[region]; });
+    spread([&](size_t region) { return !isOpen[region]; });
     for (bool isChanged = true; isChanged;) {
       std::vector<size_t> next;
       for (size_t region = 0; region < regions; ++region)
         if (isOpen[region] && hasKnown(region)) next.push_back(region);
-      step([&](size_t region) { return std::ranges::binary_search(next, region); });
+      spread([&](size_t region) { return std::ranges::binary_search(next, region); });
       for (const size_t region : next) isOpen[region] = 0;
       isChanged = !next.empty();
     }
     for (size_t region = 0; region < regions; ++region) {
+      progress_("unseen texels", static_cast<double>(region) / static_cast<double>(regions));
       if (isOpen[region]) {
         isBlack[region] = 1;
         continue;
       }
-      if (!asksAt(region, [&](const BorderPoint& point) { return seenShare(region, point) < 1; })) continue;
+      if (!hasPoint(region, [&](const BorderPoint& point) { return seenShare(region, point) < 1; })) continue;
       const std::vector<std::vector<Texel>> textures = filled(region);
       const RegionDirections directions = directionsOf(region);
       for (size_t i = 0; i < textures.size(); ++i) store_.write(region, directions.used[i], textures[i]);
@@ -163,7 +176,7 @@ private:
     return share == all ? 1 : share / all;
   }
 
-  template <class Test> bool asksAt(size_t region, const Test& test) const {
+  template <class Test> bool hasPoint(size_t region, const Test& test) const {
     return std::ranges::any_of(borders_.ofChart[region], [&](const BorderPoint& point) {
       return isAsked_[point.point] && test(point);
     });
@@ -184,7 +197,8 @@ private:
     return textures;
   }
 
-  // Adds a region's radiance to all points that are asked for and not known, from the texels that count.
+  // Adds a region's radiance to its points beside unseen texels, unless they are known. `counts` selects
+  // texels.
   template <class Counts>
   void collect(size_t region, const std::vector<std::vector<Texel>>& textures, const Counts& counts) {
     const RegionDirections directions = directionsOf(region);
@@ -192,31 +206,34 @@ private:
     for (const BorderPoint& point : borders_.ofChart[region]) {
       if (!isAsked_[point.point] || points_[point.point].isKnown()) continue;
       const auto around = texelsAround(field_.regions[region].chart, point.place);
-      std::vector<Vec3<float>> radiance;
-      float all = 0;
+      std::vector<WeightedRadiance> radiance;
+      float all = 0; // a region counts by its share of the place
       for (const auto& [texel, weight] : around) all += counts(texel) ? weight : 0;
       if (!(all > 0)) continue;
       for (const std::vector<Texel>& texture : textures) {
-        Vec3<float>& sum = radiance.emplace_back(Vec3<float>::Zero());
-        for (const auto& [texel, weight] : around)
-          if (counts(texel)) sum += weight / all * radianceOf(texture[texel]);
+        WeightedRadiance& sum = radiance.emplace_back(WeightedRadiance::Zero());
+        for (const auto& [texel, weight] : around) {
+          if (!counts(texel)) continue;
+          sum.head<3>() += weight / all * radianceOf(texture[texel]);
+          sum[3] += weight * (texture[texel][3] != 0 ? 1 : kExtrapolated);
+        }
       }
-      next_[point.point].add(directions.inBase(radiance));
+      collected_[point.point].add(directions.inBase(radiance));
     }
   }
-  // Makes known what was collected.
-  void settle() {
-    for (auto& [point, radiance] : next_) points_[point] = std::move(radiance);
-    next_.clear();
+  // Gives points the radiance that was collected for them.
+  void publish() {
+    for (auto& [point, radiance] : collected_) points_[point] = std::move(radiance);
+    collected_.clear();
   }
 
-  // Collects and settles the points of regions that take part, which are filled for it.
-  template <class TakesPart> void step(const TakesPart& takesPart) {
+  // Fills the regions that take part, and gives their unknown points radiance from them.
+  template <class TakesPart> void spread(const TakesPart& takesPart) {
     for (size_t region = 0; region < seen_.size(); ++region)
       if (takesPart(region) &&
-          asksAt(region, [&](const BorderPoint& point) { return !points_[point.point].isKnown(); }))
+          hasPoint(region, [&](const BorderPoint& point) { return !points_[point.point].isKnown(); }))
         collect(region, filled(region), [](size_t) { return true; });
-    settle();
+    publish();
   }
 
   // Textures of a region, filled from its seen texels and the known points.
@@ -254,13 +271,13 @@ private:
   const Progress& progress_;
   std::vector<uint8_t> isAsked_; // by point: whether a region has unseen texels there
   std::vector<PointRadiance> points_;
-  std::map<uint32_t, PointRadiance> next_; // points that become known together
+  std::map<uint32_t, PointRadiance> collected_; // points that become known together
 };
 
 } // namespace
 
 BorderPoints borderPoints(const TriangleMesh& mesh, std::span<const Chart> charts, double spacing) {
-  constexpr double kMostOfEdge = 64;
+  constexpr double kMostOfEdge = 1 << 15; // as many texels as two sides have
   BorderPoints points{std::vector<std::vector<BorderPoint>>(charts.size()), 0};
   std::map<std::array<uint32_t, 3>, uint32_t> numbers; // vertices of an edge, and a point's number along it
   for (size_t c = 0; c < charts.size(); ++c) {
@@ -301,7 +318,7 @@ std::vector<uint8_t> fillUnseenTexels(const Field& field, std::span<const SeenRe
                                       const DirectionMesh& base, const BorderPoints& borders,
                                       const TextureStore& store, const Progress& progress) {
   assert(seen.size() == field.regions.size() && borders.ofChart.size() == seen.size());
-  return Fill(field, seen, base, borders, store, progress).run();
+  return BorderFill(field, seen, base, borders, store, progress).run();
 }
 
 } // namespace surflect::slf

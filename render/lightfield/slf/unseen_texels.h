@@ -1,9 +1,10 @@
 // Radiance for texels that no photograph sees, across the borders of regions.
 //
 // Regions share points along their borders. A point has a radiance in each base direction: the mean of the
-// regions that were seen there. Texels at a point that were not seen have the point's radiance; those between
-// are filled from all of these and from seen texels by pull-push. Points that no region saw have the mean of
-// the regions beside them, once these are filled, so that both sides agree.
+// regions that were seen there, by their share of seen texels. Radiance that no photograph shows from near a
+// direction counts only where there is none that one shows. Texels at a point that were not seen have the
+// point's radiance; those between are filled from all of these and from seen texels by pull-push. Points that
+// no region saw have the mean of the regions beside them, once these are filled, so that both sides agree.
 #pragma once
 
 #include "render/lightfield/slf/field.h"
@@ -31,7 +32,7 @@ struct BorderPoints {
 };
 
 // Vertices on the borders of charts, and points of their edges about `spacing` apart (> 0, scene units; at
-// most 64 of an edge).
+// most 2^15 of an edge).
 BorderPoints borderPoints(const TriangleMesh& mesh, std::span<const Chart> charts, double spacing);
 
 // What photographs showed of a region.
@@ -50,7 +51,8 @@ struct TextureStore {
 
 // Writes the textures of all regions with unseen texels on their border. The directions of each region are
 // some of the base's, in their order. Returns for each region whether it is black: unseen, and not connected
-// to a seen one; it is not written. Does not depend on the number of threads. Throws Error as the store does,
+// to a seen one; it is not written. Memory: 16 bytes for each base direction of each border point with unseen
+// texels. Does not depend on the number of threads. Throws Error as the store does,
 // and Cancelled.
 std::vector<uint8_t> fillUnseenTexels(const Field& field, std::span<const SeenRegion> seen,
                                       const DirectionMesh& base, const BorderPoints& borders,

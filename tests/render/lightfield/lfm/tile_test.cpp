@@ -100,16 +100,36 @@ TEST(HigherViewSize, CellsAreMeansOfThoseThatTheyCover) {
   const auto code = [](const LightFieldMaps& of, int size, int x, int y) {
     return static_cast<int8_t>(higherBytes(of)[static_cast<size_t>(3 * (y * size + x))]);
   };
+  const double before = maps.terms[1].scale[0], after = halves.terms[1].scale[0];
   for (int y = 0; y < 3; ++y)
     for (int x = 0; x < 3; ++x) {
       double sum = 0;
       for (int i = 0; i < 4; ++i) sum += code(maps, 6, 2 * x + i % 2, 2 * y + i / 2);
-      EXPECT_NEAR(code(halves, 3, x, y), sum / 4, 0.51);
+      EXPECT_NEAR(after * code(halves, 3, x, y), before * sum / 4, 0.51 * after);
     }
   // Cells of another number keep what is equal everywhere.
   for (uint8_t& byte : maps.terms[1].view.maps.data) byte = 100;
-  for (const uint8_t byte : higherBytes(withHigherViewSize(maps, 4))) EXPECT_EQ(byte, 100);
+  const LightFieldMaps equal = withHigherViewSize(maps, 4);
+  for (const uint8_t byte : higherBytes(equal)) EXPECT_EQ(byte, 127);
+  EXPECT_NEAR(equal.terms[1].scale[0] * 127, maps.terms[1].scale[0] * 100, 1e-4 * maps.terms[1].scale[0]);
   EXPECT_THROW(withHigherViewSize(maps, 7), Error);
+}
+
+// A highlight in one of 2 x 2 cells has a quarter of its value, in as many codes; NMF has no signs.
+TEST(HigherViewSize, SmallerMapsUseAllCodes) {
+  for (const Factorization method : {Factorization::pca, Factorization::nmf}) {
+    LightFieldMaps maps = syntheticMaps(squarePatch(2), {.method = method, .viewSize = 6, .terms = 2});
+    const double one = method == Factorization::pca ? 127 : 255;
+    std::vector<uint8_t>& bytes = maps.terms[1].view.maps.data;
+    std::ranges::fill(bytes, uint8_t{1});
+    for (size_t map = 0; map < maps.terms[1].view.maps.count; ++map)
+      bytes[map * 6 * 6 * 3] = static_cast<uint8_t>(one);
+    const LightFieldMaps halves = withHigherViewSize(maps, 3);
+    const double scale = halves.terms[1].scale[0], before = maps.terms[1].scale[0];
+    EXPECT_EQ(higherBytes(halves)[0], static_cast<uint8_t>(one));
+    EXPECT_NEAR(scale, before * (one + 3) / (4 * one), 1e-5 * before);
+    EXPECT_NEAR(scale * higherBytes(halves)[3] / one, before / one, 0.51 * scale / one);
+  }
 }
 
 TEST(Tiling, PlacesAreDistinctAndInside) {

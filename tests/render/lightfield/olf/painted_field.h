@@ -2,13 +2,17 @@
 #pragma once
 
 #include "render/lightfield/lfm/rings.h"
+#include "render/lightfield/lfm/s3tc.h"
 #include "render/lightfield/olf/opacity_field.h"
+#include "render/lightfield/olf/packing.h"
 #include "srf/image/half_float.h"
 #include "tests/render/lightfield/common/bumpy_sphere.h"
 #include "tests/support/synthetic_capture.h"
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace surflect::olf {
 
@@ -68,6 +72,22 @@ inline OpacityField paintedField(TriangleMesh mesh, int views, int size, Blendin
     field.visible.first.push_back(static_cast<uint32_t>(field.visible.views.size()));
   }
   return field;
+}
+
+// Views of half floats as blocks.
+inline PackedViews withBlocks(const PackedViews& packed) {
+  PackedViews result{lfm::wholeBlocks(packed.width), lfm::wholeBlocks(packed.height), packed.views, {}, {}};
+  const auto width = static_cast<size_t>(packed.width), height = static_cast<size_t>(packed.height);
+  for (size_t view = 0; view < packed.views.size(); ++view) {
+    std::vector<Texel> layer(result.layerTexels(), Texel{});
+    for (size_t y = 0; y < height; ++y)
+      for (size_t x = 0; x < width; ++x)
+        layer[y * static_cast<size_t>(result.width) + x] = packed.layer(view)[y * width + x];
+    const ViewBlocks blocks = viewBlocks(std::move(layer), result.width, result.height);
+    result.views[view].white = blocks.white;
+    result.blocks.insert(result.blocks.end(), blocks.blocks.begin(), blocks.blocks.end());
+  }
+  return result;
 }
 
 // Pixels at which two pictures differ by more than 1/255 in any channel, as a share of those that either

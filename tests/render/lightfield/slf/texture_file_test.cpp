@@ -64,6 +64,32 @@ TEST_F(TextureFileTest, ReadingReturnsWhatWasWrittenAtItsPlace) {
   EXPECT_EQ(stored.read(1, 0), textures[2]);
 }
 
+TEST_F(TextureFileTest, TexturesAreReplacedInTheirPlaceWhileOthersAreAppended) {
+  std::mt19937 random(5);
+  const std::vector<Texel> first = randomTexels(random, 6), second = randomTexels(random, 9),
+                           third = randomTexels(random, 4), other = randomTexels(random, 9);
+  TextureWriter writer(file());
+  writer.append(first);
+  const uint64_t place = writer.append(second);
+  EXPECT_EQ(writer.read(0, 6), first);
+  EXPECT_EQ(writer.read(place, 9), second);
+  writer.replace(place, other);
+  EXPECT_EQ(writer.append(third), 15u);
+  EXPECT_EQ(writer.read(place, 9), other);
+  EXPECT_EQ(writer.read(15, 4), third);
+  writer.commit();
+  const TextureFile stored = open({{0}, {place}, {15}}, {6, 9, 4});
+  EXPECT_EQ(stored.read(0, 0), first);
+  EXPECT_EQ(stored.read(1, 0), other);
+  EXPECT_EQ(stored.read(2, 0), third);
+}
+
+TEST_F(TextureFileTest, ErrorsOfReadingAgainNameTheFileThatIsMade) {
+  TextureWriter writer(file());
+  writer.append(std::vector<Texel>(3));
+  EXPECT_EQ(image::errorOf([&] { writer.read(2, 5); }), file().string() + ": cannot read textures again");
+}
+
 TEST_F(TextureFileTest, TexelsThatAreNotFiniteAreRefused) {
   std::mt19937 random(2);
   for (const int half : {0x7c00, 0xfc00, 0x7e00}) { // both infinities, and NaN

@@ -120,6 +120,11 @@ TEST(BorderPoints, AreSharedByTheChartsThatMeetThere) {
     for (const Vec2<double>& place : all) EXPECT_LT((place - all[0]).norm(), 1e-6);
 }
 
+TEST(BorderPoints, AreAsCloseOnLongEdgesAsOnShortOnes) {
+  const Tiles tiles(1, 1, 0);
+  EXPECT_EQ(borderPoints(tiles.field.mesh, tiles.charts, 1.0 / 500).count, size_t{4 * 500});
+}
+
 TEST(UnseenTexels, OneColourFillsAllThatIsConnected) {
   Tiles tiles(4, 3, 0);
   tiles.seen[5].isSeen[77] = true;
@@ -207,6 +212,63 @@ TEST(UnseenTexels, AreContinuousAcrossBorders) {
       if (scene.seen[key.first].isSeen[texel]) {
         ASSERT_EQ(scene.textures[key][texel], texture[texel]);
       }
+}
+
+// Borders lie on the centres of texels, but for rounding. One side saw its border, the other just texels
+// behind it.
+TEST(UnseenTexels, ABorderHasTheRadianceOfTheSideThatSawIt) {
+  Tiles tiles(2, 1, 0);
+  for (size_t region = 0; region < 2; ++region) {
+    for (Vec2<float>& place : tiles.charts[region].coordinates)
+      place = (place * (kTileSide - 1) + Vec2<float>::Constant(0.5f)) / kTileSide;
+    Chart& chart = tiles.field.regions[region].chart;
+    chart.coordinates = tiles.charts[region].coordinates;
+    for (Vec2<float>& place : chart.coordinates) place += Vec2<float>(1e-7f, -1e-7f);
+  }
+  const auto isBehind = [&](size_t texel) { return tiles.pointOf(1, texel)[0] > 1 + 0.5 / kTileSide; };
+  for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel) {
+    tiles.seen[0].isSeen[texel] = true;
+    tiles.seen[1].isSeen[texel] = isBehind(texel);
+  }
+  tiles.paint([](const Vec2<double>& p, const Direction&) {
+    return Vec3<float>::Constant(p[0] < 1 + 0.5 / kTileSide ? 1.f : 5.f);
+  });
+  std::vector<Chart> charts;
+  for (const Region& region : tiles.field.regions) charts.push_back(region.chart);
+  tiles.fill(borderPoints(tiles.field.mesh, charts, 1.0 / kTileSide));
+  for (size_t i = 0; i < 6; ++i)
+    for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel) {
+      // Corners also have points of edges that this side alone saw; pointOf() shrinks such charts.
+      const double y = tiles.pointOf(1, texel)[1];
+      if (!isBehind(texel) && y > 0.01 && y < 0.8) {
+        EXPECT_NEAR(tiles.red(1, i, texel), 1, 2e-3);
+      }
+    }
+}
+
+// Three of four squares around a point are seen: one with radiance 1, two with 9. In direction 1, the latter
+// have no texture, or none that a photograph shows.
+TEST(UnseenTexels, RadianceThatNoPhotographShowsCountsWhereThereIsNoOther) {
+  for (const bool hasTexture : {false, true}) {
+    Tiles tiles(2, 2, 1);
+    for (const size_t region : {1u, 2u, 3u}) tiles.seen[region].isSeen.assign(kTileSide * kTileSide, true);
+    tiles.paint(
+        [&](const Vec2<double>& p, const Direction&) { return Vec3<float>::Constant(p[1] > 1 ? 9.f : 1.f); });
+    for (const size_t region : {2u, 3u})
+      if (hasTexture)
+        for (Texel& texel : tiles.textures[{region, 1}]) texel[3] = 0;
+      else
+        tiles.seen[region].isUsed[1] = 0;
+    tiles.fill(tiles.borders());
+    size_t corner = 0;
+    for (size_t texel = 0; texel < size_t{kTileSide * kTileSide}; ++texel)
+      if ((tiles.pointOf(0, texel) - Vec2<double>(1, 1)).norm() <
+          (tiles.pointOf(0, corner) - Vec2<double>(1, 1)).norm())
+        corner = texel;
+    // The point itself, and half of the next ones on both edges.
+    EXPECT_NEAR(tiles.red(0, 0, corner), ((1 + 9 + 9) / 3.0 + 0.5 + 4.5) / 2, 5e-3);
+    EXPECT_NEAR(tiles.red(0, 1, corner), (1 + 0.5 + 4.5) / 2, 2e-2);
+  }
 }
 
 // A region has fewer directions than its neighbours, which see it by its hat functions.

@@ -177,14 +177,19 @@ TEST_F(OpacityFrameTest, BlocksShowTheReferenceUpToTheirRounding) {
     const image::Image picture = rendered(frame, blender, camera);
     const image::Image wanted =
         referencePicture(field, blender, camera, order == Order::bsp ? over : inFrontOf).color;
-    double squares = 0, count = 0;
-    for (size_t i = 0; i < picture.values.size(); ++i) {
-      if (wanted.values[i] == 0 || picture.values[i] == 0) continue; // pixels at the outline
-      squares += std::pow(static_cast<double>(picture.values[i] - wanted.values[i]), 2), ++count;
+    double squares = 0, count = 0, shown = 0, differ = 0;
+    for (size_t i = 0; i < picture.values.size(); i += 4) {
+      const bool isWanted = wanted.values[i + 3] > 0, isThere = picture.values[i + 3] > 0;
+      shown += isWanted || isThere, differ += isWanted != isThere; // pixels at the outline
+      if (!isWanted || !isThere) continue;
+      for (size_t c = i; c < i + 4; ++c)
+        squares += std::pow(static_cast<double>(picture.values[c] - wanted.values[c]), 2), ++count;
     }
     const double decibels = -10 * std::log10(squares / count);
     RecordProperty(nameOf(order), std::to_string(decibels));
+    RecordProperty(std::string(nameOf(order)) + "_outline", std::to_string(differ / shown));
     EXPECT_GE(decibels, 50) << nameOf(order);
+    EXPECT_LE(differ, 0.001 * shown) << nameOf(order);
   }
 }
 
