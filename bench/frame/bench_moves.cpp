@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -47,16 +48,22 @@ public:
     const auto scaled = [&](int side) { return static_cast<int>(std::lround(arguments.scale * side)); };
     camera_.lens = capture::resized(camera_.lens, scaled(camera_.lens.width), scaled(camera_.lens.height));
     lights_ = scene::lightsAt(script_, time, scene::readEnvironments(script_, {}));
-    if (lights_.empty()) throw Error("has no light to move").in(arguments.script);
+    lamp_ = static_cast<size_t>(std::ranges::find_if(lights_,
+                                                     [](const scene::ShotLight& light) {
+                                                       return !std::holds_alternative<scene::ShotEnvironment>(
+                                                           light);
+                                                     }) -
+                                lights_.begin());
+    if (lamp_ == lights_.size()) throw Error("has no lamp to move").in(arguments.script);
   }
 
   scene::Scene at(int lampSteps, int cameraSteps) const {
     scene::Scene scene{*warp_, camera_, lights_};
     const Mat3<double> turn = turned(lampSteps);
-    if (auto* point = std::get_if<scene::ShotPointLight>(&scene.lights[0]))
+    if (auto* point = std::get_if<scene::ShotPointLight>(&scene.lights[lamp_]))
       point->position = assume<Point3<ObjectSpace, double>>(
           Vec3<double>(middle_ + turn * (point->position.raw() - middle_)));
-    else if (auto* directional = std::get_if<scene::ShotDirectionalLight>(&scene.lights[0]))
+    else if (auto* directional = std::get_if<scene::ShotDirectionalLight>(&scene.lights[lamp_]))
       directional->towards =
           assume<Direction3<ObjectSpace, double>>(Vec3<double>(turn * directional->towards.raw()));
     const Mat3<double> back = turned(-cameraSteps);
@@ -77,6 +84,7 @@ private:
   warp::WarpPointer warp_;
   capture::Camera<ObjectSpace> camera_;
   std::vector<scene::ShotLight> lights_;
+  size_t lamp_ = 0; // the first light that is not an environment
 };
 
 // Times of the frames of one kind.

@@ -3,6 +3,7 @@
 #include "srf/weights/fades.h"
 #include "warp/deform.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -37,29 +38,39 @@ bool WarpedOccluders::follow(const warp::Warp& warp, const Progress& progress) {
 void KeptShadows::arrange(std::span<const ShadowLight> lights, size_t surfels) {
   constexpr size_t kMostBytes = size_t{256} << 20;
   if (surfels * (sizeof(Pose) + sizeof(float) * lights.size()) > kMostBytes) return clear();
-  if (std::ranges::equal(lights, lights_) && poses_.size() == surfels) return;
-  poses_.resize(surfels);
-  const std::vector<float> before = std::exchange(states_, std::vector(surfels * lights.size(), kUnknown));
-  const std::vector<ShadowLight> lightsBefore =
-      std::exchange(lights_, std::vector(lights.begin(), lights.end()));
-  if (before.size() != surfels * lightsBefore.size()) return;
+  if (std::exchange(isForgotten_, false) || poses_.size() != surfels) {
+    lights_.clear(); // memory of states is used again
+    poses_.resize(surfels);
+  }
+  std::vector<std::vector<float>> before = std::exchange(states_, {});
+  std::vector<size_t> isNew;
   for (size_t l = 0; l < lights.size(); ++l) {
-    const auto known = static_cast<size_t>(std::ranges::find(lightsBefore, lights[l]) - lightsBefore.begin());
-    if (known == lightsBefore.size()) continue;
-    for (size_t i = 0; i < surfels; ++i)
-      states_[i * lights.size() + l] = before[i * lightsBefore.size() + known];
+    const auto known = static_cast<size_t>(std::ranges::find(lights_, lights[l]) - lights_.begin());
+    // A light that is named twice takes the states only once.
+    if (known < lights_.size() && before[known].size() == surfels)
+      states_.push_back(std::exchange(before[known], {}));
+    else
+      states_.emplace_back(), isNew.push_back(l);
+  }
+  lights_.assign(lights.begin(), lights.end());
+  for (const size_t l : isNew) {
+    const auto free = std::ranges::find_if(before, [](const auto& states) { return !states.empty(); });
+    if (free != before.end()) states_[l] = std::exchange(*free, {});
+    states_[l].resize(surfels);
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, surfels), [&](const tbb::blocked_range<size_t>& range) {
+      std::fill(states_[l].begin() + static_cast<std::ptrdiff_t>(range.begin()),
+                states_[l].begin() + static_cast<std::ptrdiff_t>(range.end()), kUnknown);
+    });
   }
 }
 
-float* KeptShadows::at(uint32_t surfel, const DeformedCloud& deformed, uint32_t drawn) {
+void KeptShadows::pose(uint32_t surfel, const DeformedCloud& deformed, uint32_t drawn) {
   const Pose now{deformed.p[drawn], deformed.u[drawn], deformed.v[drawn], deformed.handedness[drawn]};
   Pose& pose = poses_[surfel];
-  float* states = states_.data() + surfel * lights_.size();
   if (pose.handedness != now.handedness || pose.p != now.p || pose.u != now.u || pose.v != now.v) {
     pose = now;
-    std::fill_n(states, lights_.size(), kUnknown);
+    for (std::vector<float>& states : states_) states[surfel] = kUnknown;
   }
-  return states;
 }
 
 CastShadows::CastShadows(const WarpedOccluders& occluders, const scene::Scene& scene)
@@ -116,13 +127,13 @@ void CastShadows::fill(const DeformedCloud& deformed, std::span<const uint32_t> 
   batch.reached.resize(surfels.size() * lights);
   tbb::parallel_for(size_t{0}, surfels.size(), [&](size_t query) {
     const uint32_t surfel = surfels[query];
-    float* known =
-        kept_ ? kept_->at(numbers_.empty() ? surfel : numbers_[surfel], deformed, surfel) : nullptr;
+    const uint32_t number = numbers_.empty() ? surfel : numbers_[surfel]; // in the field
+    if (kept_) kept_->pose(number, deformed, surfel);
     for (size_t l = 0; l < lights; ++l) {
       float& state = batch.reached[query * lights + l];
-      state = known ? known[l] : kUnknown;
+      state = kept_ ? kept_->stateAt(number, l) : kUnknown;
       if (std::isnan(state)) state = stateOf(*caster_, clearance_, deformed, surfel, lights_[l]);
-      if (known) known[l] = state;
+      if (kept_) kept_->stateAt(number, l) = state;
     }
   });
 }

@@ -54,14 +54,20 @@ struct ShadowLight {
 // found at. Memory: 40 bytes for each surfel, and 4 for each surfel and light.
 class KeptShadows {
 public:
-  // Keeps states under these lights, and no others; none if they take more than 256 MiB.
+  // Keeps states under these lights, and no others; none if they take more than 256 MiB. Lights that were
+  // kept before keep their states.
   void arrange(std::span<const ShadowLight> lights, size_t surfels);
+  // Forgets all states, but not their memory.
+  void forget() { isForgotten_ = true; }
   void clear() { *this = {}; }
 
-  bool isEmpty() const { return lights_.empty(); }
-  // States of a surfel of the field under each of the lights, NaN where they are not known. `drawn` is its
-  // number in the deformed cloud. Safe from many threads at once for different surfels.
-  float* at(uint32_t surfel, const DeformedCloud& deformed, uint32_t drawn);
+  bool isEmpty() const { return isForgotten_ || lights_.empty(); }
+  // Forgets the states of a surfel of the field unless they were found where it is now. `drawn` is its number
+  // in the deformed cloud. Call before stateAt; both are safe from many threads at once for different
+  // surfels.
+  void pose(uint32_t surfel, const DeformedCloud& deformed, uint32_t drawn);
+  // State of a surfel under one of the lights, NaN if it is not known.
+  float& stateAt(uint32_t surfel, size_t light) { return states_[light][surfel]; }
 
 private:
   struct Pose {
@@ -70,8 +76,9 @@ private:
     Handedness handedness = Handedness::dead;
   };
   std::vector<ShadowLight> lights_;
-  std::vector<Pose> poses_;   // one for each surfel
-  std::vector<float> states_; // one for each surfel and light
+  std::vector<Pose> poses_;                // one for each surfel
+  std::vector<std::vector<float>> states_; // of each light: one for each surfel
+  bool isForgotten_ = false;
 };
 
 class CastShadows {

@@ -34,6 +34,7 @@ namespace {
 // Splats that cast shadows on the ground, whose edges are seen at the size of pixels.
 constexpr size_t kMostGroundOccluders = size_t{1} << 18;
 constexpr size_t kMostStates = size_t{1} << 24;      // shadow states in memory at a time, 4 bytes each
+constexpr size_t kMostKeptAnswers = size_t{1} << 24; // 12 bytes each, and as many again during the frame
 constexpr size_t kMostKeptLookUps = size_t{1} << 22; // of kept plans, 28 bytes each
 
 void beginStats(const weights::ReflectanceField& field, const LitScene& lit, const FrameOptions& options,
@@ -134,33 +135,41 @@ public:
     stats.surfels = cloud().size();
     const bool isSameCloud = before && before->isCut == isCut_ && !(isCut_ && workspace.cut.isNew);
     const bool hasMoved = warp::deformInto(cloud(), scene.warp, progress, workspace.deformed);
-    const bool isPosed = workspace.keepsStages && isSameCloud && !hasMoved;
+    hasSameSurfels_ = workspace.keepsStages && isSameCloud && !hasMoved;
     clock.finish("warp");
 
     bool keepsShadows = false;
     if (castsShadows(field, options.shade, options.shadows) && stats.pairLights > 0) {
       if (!workspace.occluders) workspace.occluders = occludersOf(field.cloud, *field.levels);
-      if (!workspace.keepsStages || !kept.occluders)
-        kept.occluders.emplace(*workspace.occluders, field.cloud);
-      keepsShadows = !kept.occluders->follow(scene.warp, progress);
-      if (!keepsShadows) kept.shadows.clear();
-      shadows_.emplace(*kept.occluders, scene);
-      if (workspace.keepsStages)
-        shadows_->keepIn(kept.shadows, field.cloud.size(),
-                         isCut_ ? std::span(workspace.cut.surfels) : std::span<const uint32_t>{});
+      if (workspace.keepsStages) {
+        if (!kept.occluders) kept.occluders.emplace(*workspace.occluders, field.cloud);
+        keepsShadows = !kept.occluders->follow(scene.warp, progress);
+        shadows_.emplace(*kept.occluders, scene);
+        // States are kept from the second frame with the same occluders on.
+        if (keepsShadows)
+          shadows_->keepIn(kept.shadows, field.cloud.size(),
+                           isCut_ ? std::span(workspace.cut.surfels) : std::span<const uint32_t>{});
+        else
+          kept.shadows.forget();
+      } else {
+        kept.forgetShadows();
+        shadows_.emplace(*workspace.occluders, field.cloud, scene, progress);
+      }
       stats.occluders = workspace.occluders->surfels.size();
       clock.finish("shadows");
+    } else {
+      kept.forgetShadows();
     }
 
     RasterKey key{scene.camera, options.splats, isCut_};
     key.splats.keepsHidden = isTranslucent(field, options);
-    const bool isSeen = isPosed && before == key;
-    if (!isSeen)
+    const bool isRasterOfLast = hasSameSurfels_ && before == key;
+    if (!isRasterOfLast)
       workspace.raster = splat::rasterize(scene.camera, splat::splatsOf(cloud(), workspace.deformed),
                                           key.splats, progress, std::move(workspace.raster));
     kept.raster = key;
-    isKept_ = isSeen && (keepsShadows || !shadows_);
-    if (!isKept_) kept.clearAnswers();
+    hasSameRaster_ = isRasterOfLast && (keepsShadows || !shadows_);
+    if (!hasSameRaster_) kept.clearAnswers();
     countSplats(workspace.raster, stats);
     clock.finish("splat");
     if (options.tangents != Tangents::polar)
@@ -169,8 +178,10 @@ public:
   }
 
   bool isCut() const { return isCut_; }
+  // Whether the warped surfels are those of the last frame, in a workspace that keeps stages.
+  bool hasSameSurfels() const { return hasSameSurfels_; }
   // Whether raster and shadows are those of the last frame, but for the lights of shadows.
-  bool isKept() const { return isKept_; }
+  bool hasSameRaster() const { return hasSameRaster_; }
   const SurfelCloud& cloud() const { return *cloud_; } // of the field, or of the cut
   const std::optional<CastShadows>& shadows() const { return shadows_; }
 
@@ -195,19 +206,19 @@ private:
   const LitScene& lit_;
   const FrameWorkspace& workspace_;
   const Progress& progress_;
-  bool isCut_ = false, isKept_ = false;
+  bool isCut_ = false, hasSameSurfels_ = false, hasSameRaster_ = false;
   const SurfelCloud* cloud_ = nullptr;
   std::optional<CastShadows> shadows_;    // of lights that are weighted by pairs
   std::optional<DeformedCloud> tangents_; // for L, unless they are those of the deformed cloud
 };
 
-// Surfels that are shaded, and those that are asked for their weights.
+// Shaded surfels, and the surfels of the queries whose weights they take.
 struct Askers {
-  std::span<const uint32_t> places;      // the surfels that are shaded
-  std::span<const uint32_t> surfels;     // those that are asked
+  std::span<const uint32_t> places;      // shaded surfels
+  std::span<const uint32_t> surfels;     // of the queries
   const PatchCorners* corners = nullptr; // if corners are blended
   const PatchQueries* middles = nullptr; // if patches share weights
-  std::span<const float> states; // with corners: shadow states of the places, those of one in succession
+  std::span<const float> states;         // with corners: shadow states, #lights for each place
 };
 
 // Keeps some of the `all` columns of a matrix that is stored row by row.
@@ -297,15 +308,22 @@ FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene&
                      lit.scene.lights.size(),
                      lit.environments.size()};
   const std::vector<uint32_t> every = upTo(lit.scene.lights.size());
+  const size_t targetsPerLight = weights::usesTables(field, options.shade) ? 2 : 1;
   const bool keepsAnswers = workspace.keepsStages && mayBlend && !shading.showsBlends && every.size() > 1 &&
-                            visible.size() * every.size() <= kMostStates;
+                            visible.size() * every.size() * targetsPerLight <= kMostKeptAnswers;
+  // What was kept for the other way to weight photographs makes room.
+  if (keepsAnswers)
+    kept.lookUps = {}, kept.plans = {};
+  else
+    kept.answers.clear();
   shading::Shaded shaded;
   if (keepsAnswers) {
     shading.showsTargets = true;
     const auto missing = kept.answers.missing(key, lit.scene.lights, corners);
-    kept.answers.begin(every.size(), visible.size(), weights::usesTables(field, options.shade) ? 2 : 1);
-    shaded = shadeUnder(askers, missing.lights, {});
+    kept.answers.begin(every.size(), visible.size(), targetsPerLight);
+    shaded = shadeUnder(askers, missing.lights, {.places = visible.size()});
     kept.answers.take(shaded, missing.lights, upTo(visible.size()));
+    shaded.targets = {}; // which the answers hold
     if (!missing.groups.empty()) {
       std::vector<uint32_t> places;
       const PatchCorners some = someGroups(corners, missing.groups, places);
@@ -317,25 +335,26 @@ FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene&
           states.push_back(shadowStates[place * every.size() + l]);
       }
       const std::vector<uint32_t> asking = some.surfels(surfels);
-      kept.answers.take(shadeUnder({surfels, asking, &some, nullptr, states}, missing.others, {}),
-                        missing.others, places);
+      kept.answers.take(
+          shadeUnder({surfels, asking, &some, nullptr, states}, missing.others, {.places = places.size()}),
+          missing.others, places);
     }
     shaded.radiance = kept.answers.radiance();
     stats.unmatchedShadows = kept.answers.unmatchedShadows();
     kept.answers.finish(key, lit.scene.lights, std::move(corners));
     shading.showsTargets = false;
   } else {
-    // Kept once a second frame has the same raster, or the same lights.
-    const bool keepsPlans =
-        workspace.keepsStages && posed.isKept() && visible.size() * options.shade.cameras <= kMostKeptLookUps;
-    const bool keepsLookUps = workspace.keepsStages && !keepsPlans && !shading.showsBlends &&
+    // Kept once a second frame has the same raster, or the same warped surfels and lights.
+    const bool keepsPlans = workspace.keepsStages && posed.hasSameRaster() &&
+                            visible.size() * options.shade.cameras <= kMostKeptLookUps;
+    const bool keepsLookUps = posed.hasSameSurfels() && !keepsPlans && !shading.showsBlends &&
                               lit.environments.empty() && !every.empty() &&
                               std::ranges::equal(kept.lights, lit.scene.lights, isSameLight);
     if (!keepsPlans || kept.plansKey != key) kept.plans = {};
     kept.plansKey = key;
     shaded = shadeUnder(askers, every,
-                        {keepsPlans ? &kept.plans : nullptr, keepsLookUps ? &kept.lookUps : nullptr});
-    stats.unmatchedShadows = shaded.unmatchedShadows.size();
+                        {keepsPlans ? &kept.plans : nullptr, keepsLookUps ? &kept.lookUps : nullptr, 0});
+    stats.unmatchedShadows = shaded.unmatchedShadows;
   }
   stats.unseen = shaded.unseen;
   kept.lights = lit.scene.lights;

@@ -112,7 +112,8 @@ struct FrameWorkspace {
   FrameLayers layers;         // memory for the next frame: a caller that is done with a frame may put it here
   FrameStats stats;           // of the last frame, or question for its photographs
   // Frames take over stages of the last one where they would come out the same (kept_stages.h). Their bits
-  // do not change, but `stats` then counts only what was done.
+  // do not change. `stats` then counts queries and look-ups that were done, but splats and occluders as for a
+  // whole frame.
   bool keepsStages = false;
   KeptStages kept;
 };

@@ -6,25 +6,44 @@
 
 namespace surflect::surfels {
 
-bool operator==(const RasterKey& a, const RasterKey& b) {
-  const auto &poseA = a.camera.cameraFromWorld, &poseB = b.camera.cameraFromWorld;
-  return a.camera.lens == b.camera.lens && poseA.rotation() == poseB.rotation() &&
-         poseA.translation() == poseB.translation() && a.splats == b.splats && a.isCut == b.isCut;
+namespace {
+
+// Bindings name every member: a member that is added does not compile until it is compared here.
+
+bool isSameCamera(const capture::Camera<ObjectSpace>& left, const capture::Camera<ObjectSpace>& right) {
+  const auto& [lens, pose] = left;
+  const auto& [otherLens, otherPose] = right;
+  return lens == otherLens && pose.rotation() == otherPose.rotation() &&
+         pose.translation() == otherPose.translation();
+}
+
+bool isSame(const scene::ShotPointLight& left, const scene::ShotPointLight& right) {
+  const auto& [position, intensity, extrapolation] = left;
+  const auto& [otherPosition, otherIntensity, otherExtrapolation] = right;
+  return position == otherPosition && intensity == otherIntensity && extrapolation == otherExtrapolation;
+}
+
+bool isSame(const scene::ShotDirectionalLight& left, const scene::ShotDirectionalLight& right) {
+  const auto& [towards, irradiance, extrapolation, gradient] = left;
+  const auto& [otherTowards, otherIrradiance, otherExtrapolation, otherGradient] = right;
+  return towards == otherTowards && irradiance == otherIrradiance && extrapolation == otherExtrapolation &&
+         gradient == otherGradient;
+}
+
+} // namespace
+
+bool operator==(const RasterKey& left, const RasterKey& right) {
+  const auto& [camera, splats, isCut] = left;
+  const auto& [otherCamera, otherSplats, otherIsCut] = right;
+  return isSameCamera(camera, otherCamera) && splats == otherSplats && isCut == otherIsCut;
 }
 
 bool isSameLight(const scene::ShotLight& a, const scene::ShotLight& b) {
   if (a.index() != b.index()) return false;
-  if (const auto* point = std::get_if<scene::ShotPointLight>(&a)) {
-    const auto& other = std::get<scene::ShotPointLight>(b);
-    return point->position == other.position && point->intensity == other.intensity &&
-           point->extrapolation == other.extrapolation;
-  }
+  if (const auto* point = std::get_if<scene::ShotPointLight>(&a))
+    return isSame(*point, std::get<scene::ShotPointLight>(b));
   const auto* directional = std::get_if<scene::ShotDirectionalLight>(&a);
-  if (!directional) return false;
-  const auto& other = std::get<scene::ShotDirectionalLight>(b);
-  return directional->towards == other.towards && directional->irradiance == other.irradiance &&
-         directional->extrapolation == other.extrapolation &&
-         directional->irradianceGradient == other.irradianceGradient;
+  return directional && isSame(*directional, std::get<scene::ShotDirectionalLight>(b));
 }
 
 KeptAnswers::Missing KeptAnswers::missing(const QueryKey& key, std::span<const scene::ShotLight> lights,
@@ -59,7 +78,7 @@ void KeptAnswers::take(const shading::Shaded& shaded, std::span<const uint32_t> 
           shaded.targets[i * perPlace + t];
   for (const uint32_t place : places)
     for (const uint32_t light : lights) isUnmatched_[place * count + light] = 0;
-  for (const uint32_t unmatched : shaded.unmatchedShadows)
+  for (const size_t unmatched : shaded.unmatchedAt)
     isUnmatched_[places[unmatched / lights.size()] * count + lights[unmatched % lights.size()]] = 1;
 }
 

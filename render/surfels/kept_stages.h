@@ -1,15 +1,18 @@
 // Stages of a frame that the next one takes over where they would come out the same: a lamp that is dragged
 // leaves warp and raster as they are, a camera leaves the shadows.
 //
-//   stage                     made of                                  taken over while
-//   raster                    warped surfels, camera, splat options    none of them changes
-//   shadow states             warped surfels, occluders, light         none of them changes, for each light
-//   plans (plan.h)            raster, shade options                    only lights change, which are weighted
-//   apart answers of lights         raster, shade options, shadow states     for each light that stays as it
-//   is, where
-//                                                                      pairs are weighted
+//   stage             made of                         taken over while these stay, and
+//   raster            warped surfels, camera, splats
+//   shadow states     warped surfels, occluders       a light stays: those of the light
+//   plans             raster, shade options           cameras and lights are weighted apart
+//   look-ups          warped surfels, lights          likewise: those of blended views
+//   answers of lights raster, shade options, shadows  pairs are weighted, and a light stays: those of the
+//   light
 //
-// Warped surfels are compared bit by bit. A frame that is given up leaves nothing to take over.
+// Warped surfels and directions to lights are compared bit by bit, all else by value. A frame that is given
+// up leaves no answers and no unfinished plans; what it finished before stays. The parts take at most 1 GiB:
+// KeptShadows 256 MiB, KeptLookUps 256 MiB and plans 224 MiB; or, with answers, KeptShadows and 12 bytes for
+// each of 2^24 answers, as many for those of the current frame, and corners.
 #pragma once
 
 #include "render/scene/scene.h"
@@ -28,16 +31,16 @@ namespace surflect::surfels {
 
 enum class Tangents;
 
-// What the raster of a workspace's warped surfels was made of.
+// Inputs of a raster, other than the warped surfels of its workspace.
 struct RasterKey {
   capture::Camera<ObjectSpace> camera;
   splat::SplatOptions splats;
   bool isCut = false; // of the workspace's cut, not of the whole cloud
 
-  friend bool operator==(const RasterKey& a, const RasterKey& b);
+  friend bool operator==(const RasterKey& left, const RasterKey& right);
 };
 
-// What queries and weights are made of, beside the raster and the values of lights.
+// Inputs of queries and weights, other than the raster and the values of lights.
 struct QueryKey {
   weights::ShadeOptions shade;
   Tangents tangents;
@@ -71,6 +74,7 @@ public:
             std::span<const uint32_t> places);
   void finish(const QueryKey& key, std::span<const scene::ShotLight> lights, PatchCorners corners);
   void clear() { *this = {}; }
+  bool isEmpty() const { return !key_; }
 
   std::vector<Rgb> radiance() const; // of each place
   size_t unmatchedShadows() const;   // as in ShadingPlan
@@ -95,6 +99,10 @@ struct KeptStages {
   shading::KeptLookUps lookUps;
   KeptAnswers answers;
 
+  void forgetShadows() {
+    occluders.reset();
+    shadows.clear();
+  }
   // Forgets what was made of the raster.
   void clearAnswers() {
     plans = {};

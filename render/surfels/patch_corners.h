@@ -36,8 +36,8 @@ struct PatchCorners {
 // Numbers of the groups of `now` that do not have the same places and corners in `before`.
 std::vector<uint32_t> changedGroups(const PatchCorners& before, const PatchCorners& now);
 
-// Some groups, ascending, as corners of a list of a list of their places alone; `places` receives that list,
-// of indices of the whole one.
+// Corners of the given groups alone, ascending, over a list of their places only. `places` receives that
+// list: indices into the whole one.
 PatchCorners someGroups(const PatchCorners& all, std::span<const uint32_t> groups,
                         std::vector<uint32_t>& places);
 

@@ -4,6 +4,14 @@
 
 namespace surflect::surfels {
 
+namespace {
+
+// Largest spread of lights that tables answer, in square radians: about the angle between two nodes of a
+// table (reflectance_table.h). They see each light as a dot: further apart, the dots of a smooth map show.
+constexpr double kSpreadOfTables = 0.04 * 0.04;
+
+} // namespace
+
 PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, double error,
                                        weights::LightExtrapolation extrapolation,
                                        const weights::ReflectanceField& field,
@@ -15,11 +23,12 @@ PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, doubl
     progress.checkNowAndThen(i);
     texels.push_back(map.lights[i]);
   }
-  PreparedEnvironment prepared{
-      weights::clusteredLights(std::move(texels), 0.9 * error * spacing * spacing, progress),
-      extrapolation,
-      weights::lightTable(field, options, extrapolation),
-      {}};
+  double spread = 0.9 * error * spacing * spacing;
+  if (weights::usesTables(field, options)) spread = std::min(spread, kSpreadOfTables);
+  PreparedEnvironment prepared{weights::clusteredLights(std::move(texels), spread, progress),
+                               extrapolation,
+                               weights::lightTable(field, options, extrapolation),
+                               {}};
   if (weights::usesKriging(field, options)) {
     const auto others =
         prepared.lights.begin() + static_cast<ptrdiff_t>(weights::moveKeyLightsFirst(prepared.lights));
@@ -39,15 +48,17 @@ const PreparedEnvironment& EnvironmentCache::prepared(const scene::ShotEnvironme
                                                       const weights::ShadeOptions& options,
                                                       const Progress& progress) {
   const weights::LightBlend blend = weights::lightBlend(field, options);
-  const bool weighsPairs = weights::usesKriging(field, options);
+  const bool weighsPairs = weights::usesKriging(field, options),
+             usesTables = weights::usesTables(field, options);
   for (const Entry& entry : entries_)
     if (entry.map.lock() == environment.map && entry.error == environment.error &&
         entry.extrapolation == environment.extrapolation && entry.blend == blend &&
-        entry.nearest == options.nearest && entry.weighsPairs == weighsPairs)
+        entry.nearest == options.nearest && entry.weighsPairs == weighsPairs &&
+        entry.usesTables == usesTables)
       return entry.prepared;
   std::erase_if(entries_, [](const Entry& entry) { return entry.map.expired(); });
   entries_.push_back({environment.map, environment.error, environment.extrapolation, blend, options.nearest,
-                      weighsPairs,
+                      weighsPairs, usesTables,
                       prepareEnvironment(*environment.map, environment.error, environment.extrapolation,
                                          field, options, progress)});
   return entries_.back().prepared;

@@ -25,7 +25,8 @@ struct PreparedEnvironment {
 // lights' weights below `error` times the sum of the weights. The lights have the spread 0.9 error s^2, where
 // s is the spacing of the captured lights in radians, but at most 1. Tests over several rigs and maps find
 // sums of 0.27 to 0.9 times `error`. kMaxClusteredLights bounds how small the sum can be. Where photographs
-// are weighted by pairs, key lights are kept apart.
+// are weighted by pairs, key lights are kept apart. Where tables answer, lights are never further apart than
+// the tables' resolution, whatever the error.
 PreparedEnvironment prepareEnvironment(const weights::EnvironmentMap& map, double error,
                                        weights::LightExtrapolation extrapolation,
                                        const weights::ReflectanceField& field,
@@ -49,7 +50,7 @@ private:
     double error;
     weights::LightExtrapolation extrapolation;
     weights::LightBlend blend;
-    bool nearest, weighsPairs;
+    bool nearest, weighsPairs, usesTables;
     PreparedEnvironment prepared;
   };
   std::list<Entry> entries_;

@@ -131,11 +131,11 @@ private:
       const float sum = std::accumulate(shares.begin(), shares.end(), 0.f);
       flags_.isShared[i] = 2 * sum > static_cast<float>(shares.size());
     }
-    if (plan.unseen == 0 && plan.unmatchedShadows.empty()) return;
+    if (plan.unseen == 0 && plan.unmatchedShadows == 0) return;
     if (end - begin == 1) {
       flags_.isUnseen[begin] = plan.unseen > 0;
-      flags_.isUnmatched[begin] = !plan.unmatchedShadows.empty();
-      flags_.unmatched[begin] = plan.unmatchedShadows.size();
+      flags_.isUnmatched[begin] = plan.unmatchedShadows > 0;
+      flags_.unmatched[begin] = plan.unmatchedShadows;
       return;
     }
     const size_t middle = begin + (end - begin) / 2;

@@ -26,6 +26,7 @@ public:
   // many as cameras are blended. Safe from many threads at once for different places.
   void assign(uint32_t place, const weights::QueryBatch& batch, size_t query, std::span<const uint32_t> views,
               uint32_t* slots);
+  bool isEmpty() const { return !options_; }
   bool isKnown(uint32_t slot) const { return slots_[slot].isKnown; }
   const Rgb& radiance(uint32_t slot) const { return slots_[slot].radiance; }
   void set(uint32_t slot, const Rgb& radiance) {

@@ -53,12 +53,16 @@ public:
                         static_cast<uint32_t>(end)});
   }
 
-  // Whether a view shows the object at the place: projects it to a texel in a stored block. Views without a
+  using Shows = weights::EnvironmentTables::Shows;
+  // What a view shows at the place: the object if it projects to a texel in a stored block. Views without a
   // file show it wherever it projects.
-  bool isShown(uint32_t view) {
+  Shows showsIn(uint32_t view) {
     const auto& pixel = pixelIn(view);
-    return pixel && (files_.empty() || storesTexel(files_[view], pixel->x, pixel->y));
+    if (!pixel) return Shows::nothing;
+    const bool isStored = files_.empty() || storesTexel(files_[view], pixel->x, pixel->y);
+    return isStored ? Shows::object : Shows::background;
   }
+  bool isShown(uint32_t view) { return showsIn(view) == Shows::object; }
 
 private:
   struct Pixel {
@@ -87,20 +91,18 @@ private:
   uint64_t current_ = 0; // number of the place
 };
 
-// True if tables correct what photographs say of environments.
-bool asksTables(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
-                const weights::ShadeOptions& options) {
-  return usesTables(field, options) && !batch.environments.empty();
-}
-
 // Adds the tables' correction to a target of all places of a query.
 void correctEnvironment(const weights::ReflectanceField& field, const weights::QueryBatch& batch,
                         size_t query, size_t firstPlace, size_t target, weights::EnvironmentTables& tables,
-                        ShadingPlan& plan) {
-  const Rgb correction = tables.correction();
+                        Emitter& emitter, ShadingPlan& plan) {
+  if (!tables.answer()) return;
+  tables.lookUp();
   for (size_t place = batch.placeBegin(query); place < batch.placeBegin(query + 1); ++place) {
+    const uint32_t surfel = batch.placeAt(place);
+    emitter.moveTo(field.cloud.p0[surfel]);
     Rgb& offset = plan.offsets[(place - firstPlace) * plan.targetsPerPlace + target];
-    offset = offset + field.shared->gains[batch.placeAt(place)] * correction;
+    offset = offset + field.shared->gains[surfel] *
+                          tables.correctionAt(surfel, [&](uint32_t view) { return emitter.showsIn(view); });
   }
 }
 
@@ -118,7 +120,7 @@ public:
                    : static_cast<float>(batch.environments.size()) / static_cast<float>(batch.sources())),
         cameras_(field, batch, options), lights_(field, coverage, batch, options, sources), emitter_(field),
         viewColor_(weights::blendColors(field.rig.views.size())) {
-    if (asksTables(field, batch, options)) tables_.emplace(field);
+    if (correctsEnvironments(field, batch, options)) tables_.emplace(field);
   }
 
   void plan(size_t begin, size_t end, ShadingPlan& plan, bool relights = false) {
@@ -132,8 +134,10 @@ public:
       for (size_t lane = 0; lane < count; ++lane) {
         const size_t placeBegin = batch_.placeBegin(first + lane),
                      placeEnd = batch_.placeBegin(first + lane + 1);
+        if (tables_) tables_->moveTo(batch_.surfels[first + lane], batch_.towardsView[first + lane]);
+        const bool corrects = tables_ && tables_->answer();
         const weights::LightWeights::Row row =
-            isLit ? lights_.append(lane, plan.rows) : fixedLight(plan.rows);
+            isLit ? lights_.append(lane, plan.rows, corrects) : fixedLight(plan.rows);
         const float share = share_ * (colorScales_.empty() ? 1 : colorScales_[first + lane - firstQuery_]);
         for (size_t i = placeBegin - firstPlace; isLit && showsBlends && i < placeEnd - firstPlace; ++i)
           plan.lightBlend[i] = plan.lightBlend[i] + share / share_ * lights_.blendColor();
@@ -144,9 +148,9 @@ public:
           }
           continue;
         }
-        if (tables_) addEnvironments(first + lane);
+        if (corrects) addEnvironments(first + lane);
         const weights::BestView best = cameras_.forEach(lane, [&](uint32_t view, float weight) {
-          if (tables_ && tables_->answer()) takeAway(view, weight);
+          if (corrects) takeAway(view, weight);
           for (size_t place = placeBegin; place < placeEnd; ++place) {
             const size_t i = place - firstPlace;
             emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
@@ -155,9 +159,9 @@ public:
             if (showsBlends) plan.cameraBlend[i] = plan.cameraBlend[i] + share * weight * viewColor_[view];
           }
         });
-        if (tables_)
+        if (corrects)
           correctEnvironment(field_, batch_, first + lane, firstPlace, isWhole_ ? 0 : batch_.lights, *tables_,
-                             plan);
+                             emitter_, plan);
         for (size_t i = placeBegin - firstPlace; i < placeEnd - firstPlace; ++i) {
           if (!isWhole_) continue; // known from the lights
           plan.confidence[i] = weights::confidenceOf(best.penalty);
@@ -242,8 +246,7 @@ private:
 
   // Adds the lights of all environments to the tables.
   void addEnvironments(size_t query) {
-    tables_->moveTo(batch_.surfels[query], batch_.towardsView[query]);
-    for (size_t e = 0; tables_->answer() && e < batch_.environments.size(); ++e) {
+    for (size_t e = 0; e < batch_.environments.size(); ++e) {
       const auto& [lights, strength, extrapolation, table] = batch_.environments[e];
       const auto reached = lights_.environment(e).reached;
       for (size_t q = 0; q < lights.size(); ++q)
@@ -253,12 +256,14 @@ private:
   }
   // Takes a view away from the tables, as far as it answers for environments.
   void takeAway(uint32_t view, float weight) {
-    for (size_t e = 0; e < batch_.environments.size(); ++e) {
-      const auto shares = lights_.environment(e).shares;
-      for (uint32_t light = 0; light < shares.size(); ++light)
-        tables_->takeAway(view, light,
-                          weight * (batch_.environments[e].strength *
-                                    Rgb{shares[light][0], shares[light][1], shares[light][2]}));
+    tables_->addView(view, weight);
+    for (uint32_t light = 0; light < field_.rig.lights.size(); ++light) {
+      Rgb irradiance;
+      for (size_t e = 0; e < batch_.environments.size(); ++e) {
+        const Eigen::Array4f& share = lights_.environment(e).shares[light];
+        irradiance = irradiance + batch_.environments[e].strength * Rgb{share[0], share[1], share[2]};
+      }
+      tables_->takeAway(light, weight * irradiance);
     }
   }
 
@@ -289,10 +294,10 @@ public:
       : field_(field), batch_(batch), corners_(batch.corners()), pairs_(field, coverage, batch, options),
         lights_(batch.lights), emitter_(field), viewColor_(weights::blendColors(field.rig.views.size())),
         lightColor_(weights::blendColors(field.rig.lights.size())),
-        environmentBrightness_(weights::environmentBrightness(batch)) {
+        environmentBrightness_(weights::environmentBrightness(batch)), listsUnmatched_(options.showsTargets) {
     assert(corners_ == 1 || (batch.environments.empty() && weights::blendsCorners(field, options)));
     isSeparate_ = field.isFullProduct && isSeparateBesideTables(field, options);
-    if (!field.isFullProduct && asksTables(field, batch, options)) tables_.emplace(field);
+    if (!field.isFullProduct && correctsEnvironments(field, batch, options)) tables_.emplace(field);
     if (isSeparate_ || (field.isFullProduct && !batch.environments.empty()))
       product_.emplace(field, coverage, batch, options,
                        isSeparate_ ? weights::LightSources::all : weights::LightSources::environments);
@@ -448,8 +453,10 @@ private:
       emitter_.moveTo(field_.cloud.p0[batch_.placeAt(place)]);
       for (size_t l = 0; l < batch_.lights; ++l) {
         if (corners_ > 1 || place == begin) writeOperations(lights_[l], own, batch_.placeAt(place), plan);
-        if (atPlace(lights_[l].lacksState, own) > 0.5f)
-          plan.unmatchedShadows.push_back(static_cast<uint32_t>(i * batch_.lights + l));
+        if (atPlace(lights_[l].lacksState, own) > 0.5f) {
+          ++plan.unmatchedShadows;
+          if (listsUnmatched_) plan.unmatchedAt.push_back(static_cast<uint32_t>(i * batch_.lights + l));
+        }
         planLight(place, l, own, plan);
       }
     }
@@ -542,21 +549,14 @@ private:
     const auto& rotation = batch_.rotationOf(query, e);
     pairShare_.assign(pairs_.pairs().size(), Rgb{});
     if (tables_) tables_->moveTo(batch_.surfels[query], batch_.towardsView[query]);
-    const bool asksTables = tables_ && tables_->answer();
+    const bool corrects = tables_ && tables_->answer();
     for (const auto& [towards, irradiance, spread] : environment.lights) {
       const auto [weights, scale, _] = pairs_.blendTowards(rotation(towards), environment.extrapolation);
       for (const auto& [number, weight] : weights)
         pairShare_[number] = pairShare_[number] + scale * weight * irradiance;
-      if (asksTables)
+      if (corrects)
         tables_->add(rotation(towards),
                      pairs_.reachedPart(weights, scale) * (environment.strength * irradiance));
-    }
-    if (asksTables) {
-      for (uint32_t number = 0; number < pairShare_.size(); ++number)
-        if (pairShare_[number] != Rgb{})
-          tables_->takeAway(pairs_.pairs()[number].view, pairs_.pairs()[number].light,
-                            environment.strength * pairShare_[number]);
-      correctEnvironment(field_, batch_, query, firstPlace_, batch_.lights + e, *tables_, plan);
     }
     const auto sources = static_cast<float>(batch_.sources());
     const auto colorShare = [&](float ofLight) { return ofLight / (environmentBrightness_[e] * sources); };
@@ -567,10 +567,12 @@ private:
       for (const Rgb& share : shares) brightnessOfView += weights::brightness(share);
       if (!(brightnessOfView > 0)) continue;
       const float weight = brightnessOfView / environmentBrightness_[e];
+      if (corrects) tables_->addView(view, weight);
       const size_t rowBegin = plan.rows.lights.size();
       for (uint32_t column = 0; column < lights.size(); ++column) {
         const Rgb share = shares[column];
         if (share == Rgb{}) continue;
+        if (corrects) tables_->takeAway(lights[column], environment.strength * share);
         plan.rows.add(column, 1 / weight *
                                   weights::irradianceRatio(environment.strength * share,
                                                            pairs_.irradiance(lights[column])));
@@ -580,6 +582,8 @@ private:
       emitAll(query, batch_.lights + e, view, weight, rowBegin, plan.rows.lights.size(), plan);
       cameraColor_[0] = cameraColor_[0] + colorShare(brightnessOfView) * viewColor_[view];
     }
+    if (corrects)
+      correctEnvironment(field_, batch_, query, firstPlace_, batch_.lights + e, *tables_, emitter_, plan);
   }
 
   const weights::ReflectanceField& field_;
@@ -600,6 +604,7 @@ private:
   Emitter emitter_;
   std::vector<Rgb> viewColor_, lightColor_;
   std::vector<float> environmentBrightness_;
+  const bool listsUnmatched_;
   size_t firstPlace_ = 0;      // of the plan
   std::vector<Rgb> pairShare_; // per pair: share of the current environment's irradiance
   std::optional<weights::EnvironmentTables> tables_; // of environments, beside ULR
@@ -666,9 +671,9 @@ struct ShadingPlanner::Impl {
   weights::ShadeOptions options;
   weights::LightExtrapolationFade coverage{lightDirections(field)};
   bool usesAlpha = options.usesAlpha && !field.alpha.empty();
-  bool isProduct =
-      hasSeparateWeights(field, options) ||
-      (field.isFullProduct && batch.lights == 0 && !asksTables(field, batch, options)); // environments alone
+  bool isProduct = hasSeparateWeights(field, options) ||
+                   (field.isFullProduct && batch.lights == 0 &&
+                    !correctsEnvironments(field, batch, options)); // environments alone
   bool hasTables = !isProduct && usesTables(field, options);
   size_t targetsPerPlace = (isProduct || (field.isFullProduct && isSeparateBesideTables(field, options))
                                 ? 1
@@ -691,7 +696,8 @@ struct ShadingPlanner::Impl {
     plan.known.clear();
     plan.asked.clear();
     plan.unseen = 0;
-    plan.unmatchedShadows.clear();
+    plan.unmatchedShadows = 0;
+    plan.unmatchedAt.clear();
     plan.offsets.assign(hasTables ? plan.targets() : 0, {});
     plan.tableShares.assign(plan.places * plan.tablesPerPlace, 0);
     plan.confidence.resize(plan.places);

@@ -10,7 +10,7 @@
 //
 // Where cameras and lights are not weighted apart (pair_weights.h), w_il stands for w_i w_l. Where tables
 // answer with them (shared_weights.h), a place has further targets: one for each light, of the photographs
-// that correct the tables, and a colour that is added to their sum.
+// that correct the tables. Tables add a colour to these targets, and to those of environments.
 #pragma once
 
 #include "srf/shading/kept_look_ups.h"
@@ -80,8 +80,10 @@ struct ShadingPlan {
   // One per place, if the options show blends: weighted means of blendColors of cameras and lights.
   std::vector<Rgb> cameraBlend, lightBlend;
   size_t unseen = 0; // places with fallback views only
-  // Places and lights for which few photographs have the requested shadow state: place * lights + light.
-  std::vector<uint32_t> unmatchedShadows;
+  // Number of places and lights for which few photographs have the requested shadow state; and, if the
+  // options show targets, each of them: place * lights + light.
+  size_t unmatchedShadows = 0;
+  std::vector<uint32_t> unmatchedAt;
 
   size_t targets() const { return places * targetsPerPlace; }
   ShadingPart part() const { return {ops, &rows, targets(), kept, known, asked}; }

@@ -108,7 +108,7 @@ std::vector<Rgb> ShadingQueue::finish() {
   const std::span parts(parts_.data(), count_);
   executeWaiting(parts);
   for (const ExecutedPart& executed : parts) {
-    stats_.operations += executed.part.ops.size();
+    stats_.operations += executed.part.ops.size() - executed.part.known.size();
     stats_.lookups += executed.lookups;
     stats_.lost += executed.lost;
   }

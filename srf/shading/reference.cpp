@@ -31,6 +31,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 namespace surflect::shading {
@@ -108,7 +109,8 @@ struct QueryLight {
   Direction3<AcquisitionSpace> towards;
   Rgb irradiance; // E_q
   weights::LightExtrapolation extrapolation;
-  size_t target; // index among the query's targets, if pairs are blended
+  size_t target;        // index among the query's targets, if pairs are blended
+  float brightness = 0; // of a light of an environment, before its strength is applied
 };
 
 std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
@@ -121,7 +123,7 @@ std::vector<QueryLight> lightsOf(const QueryBatch& batch, size_t query) {
     const QueryEnvironment& environment = batch.environments[e];
     for (const auto& [towards, irradiance, spread] : environment.lights)
       lights.push_back({batch.rotationOf(query, e)(towards), environment.strength * irradiance,
-                        environment.extrapolation, batch.lights + e});
+                        environment.extrapolation, batch.lights + e, weights::brightness(irradiance)});
   }
   return lights;
 }
@@ -179,6 +181,8 @@ public:
         addKriging(light, reachedOf(light), rest);
     }
     if (!ofProduct.empty()) addProduct(ofProduct, isProductBeside_ ? 0 : batch_.lights);
+    for (const auto& [target, correction] : corrections_) addCorrection(correction, target);
+    corrections_.clear();
   }
 
   ShadingPlan plan;
@@ -196,9 +200,8 @@ private:
   };
 
   bool isProduct() const {
-    const bool asksTables = usesTables(field_, options_) && !batch_.environments.empty();
     return hasSeparateWeights(field_, options_) ||
-           (field_.isFullProduct && batch_.lights == 0 && !asksTables);
+           (field_.isFullProduct && batch_.lights == 0 && !correctsEnvironments(field_, batch_, options_));
   }
 
   std::vector<Pair> pairs() const {
@@ -226,6 +229,7 @@ private:
       for (const auto& [j, u] : lightWeights(light))
         for (const auto& [i, w] : ofViews) pairs.push_back({i, j, w * u});
       correctEnvironment(light, blendOf(light), pairs, target);
+      for (const auto& [i, w] : ofViews) corrections_[target].views[i].weight = w;
     }
   }
 
@@ -234,8 +238,18 @@ private:
     float weight;
   };
 
-  // Adds what a light of an environment adds to D (environment_tables.h). u: weights of captured lights
-  // without foreshortening; pairs: weights of photographs.
+  // The sums of D (environment_tables.h) of a target.
+  struct Correction {
+    struct View {
+      double weight = 0;
+      Eigen::Vector3d taken = Eigen::Vector3d::Zero();
+    };
+    Eigen::Vector3d lit = Eigen::Vector3d::Zero();
+    std::map<uint32_t, View> views;
+  };
+
+  // Adds a light of an environment to these sums. u: weights of captured lights without foreshortening;
+  // pairs: weights of photographs.
   void correctEnvironment(const QueryLight& source, const weights::BlendSet& u,
                           std::span<const BlendedPair> pairs, size_t target) {
     const auto state = [&](uint32_t j) {
@@ -256,16 +270,45 @@ private:
     }
     const double reached =
         std::clamp(weights, 0., 1.) * std::min(1., std::max(1e-3, lit) / std::max(1e-3, cosines));
-    Eigen::Vector3d sum = reached * reflectance(towardsView_, source.towards);
-    for (const auto& [i, j, weight] : pairs)
-      sum -= weight * state(j) * reflectance(towardsView(i), towardsLight(j));
-    const double share = tableShare(source, 1.f);
-    const auto& [r, g, b] = source.irradiance;
-    const Rgb correction{static_cast<float>(share * r * sum[0]), static_cast<float>(share * g * sum[1]),
-                         static_cast<float>(share * b * sum[2])};
+    const Eigen::Vector3d irradiance(source.irradiance.r, source.irradiance.g, source.irradiance.b);
+    Correction& correction = corrections_[target];
+    correction.lit += reached * irradiance.cwiseProduct(reflectance(towardsView_, source.towards));
+    for (const auto& [i, j, weight] : pairs) {
+      const Rgb shown = weights::irradianceRatio({1, 1, 1}, capture::irradianceAt(field_.rig.lights[j], p0_));
+      const Eigen::Vector3d mask(shown.r > 0, shown.g > 0, shown.b > 0);
+      correction.views[i].taken +=
+          weight * state(j) *
+          irradiance.cwiseProduct(mask).cwiseProduct(reflectance(towardsView(i), towardsLight(j)));
+    }
+  }
+
+  // Adds D to a target of all places.
+  void addCorrection(const Correction& correction, size_t target) {
+    double all = 0;
+    for (const auto& [i, view] : correction.views) all += view.weight;
+    const double share = tableShare(QueryLight{towardsView_, {}, {}, target}, 1.f);
     for (size_t place = placeBegin_; place < placeEnd_; ++place) {
+      const uint32_t surfel = batch_.placeAt(place);
+      double looked = 0, shown = 0;
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (const auto& [i, view] : correction.views) {
+        const auto pixel = field_.rig.views[i].camera.project(field_.cloud.p0[surfel].cast<double>());
+        if (!pixel) continue;
+        looked += view.weight;
+        if (!field_.files.empty() &&
+            !storesTexel(field_.files[i], static_cast<float>(pixel->x), static_cast<float>(pixel->y)))
+          continue;
+        shown += view.weight;
+        if (field_.visibility.of(surfel)[i] > 0)
+          sum += weights::smoothStep(0, 0.2, inTables(towardsView(i)).z()) *
+                 (view.weight / all * correction.lit - view.taken);
+      }
+      if (!(shown > 0)) continue;
+      sum *= share * looked / shown;
       Rgb& offset = plan.offsets[place * plan.targetsPerPlace + target];
-      offset = offset + field_.shared->gains[batch_.placeAt(place)] * correction;
+      offset =
+          offset + field_.shared->gains[surfel] * Rgb{static_cast<float>(sum[0]), static_cast<float>(sum[1]),
+                                                      static_cast<float>(sum[2])};
     }
   }
 
@@ -303,8 +346,10 @@ private:
       ofLights.push({all[number].light, scale * w});
       blended.push_back({all[number].view, all[number].light, scale * w});
     }
-    if (!plan.offsets.empty() && source.target >= batch_.lights)
-      correctEnvironment(source, ofLights, blended, source.target);
+    if (plan.offsets.empty() || source.target < batch_.lights) return;
+    correctEnvironment(source, ofLights, blended, source.target);
+    for (const auto& [i, j, w] : blended)
+      corrections_[source.target].views[i].weight += source.brightness * w;
   }
 
   // n of all views or lights, by the nearest; 0 for all in a capture with wide gaps.
@@ -612,6 +657,7 @@ private:
   Normal3<AcquisitionSpace, double> normal_;
   Direction3<AcquisitionSpace> towardsView_;
   size_t placeBegin_ = 0, placeEnd_ = 0;
+  std::map<size_t, Correction> corrections_; // of its targets
 };
 
 } // namespace

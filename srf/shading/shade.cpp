@@ -42,6 +42,7 @@ public:
   }
 
   size_t queriesAtOnce() const { return queriesAtOnce_; }
+  size_t targetsPerPlace() const { return planner_.targetsPerPlace(); }
 
   void add(size_t begin, size_t end, Shaded& shaded) {
     const size_t perPlan = planner_.queriesPerPlan(), count = (end - begin + perPlan - 1) / perPlan;
@@ -49,7 +50,7 @@ public:
     if (made.size() < nextKept_ + count) made.resize(nextKept_ + count);
     const std::span plans(made.data() + nextKept_, count);
     rows_.resize(std::max(rows_.size(), count));
-    for (size_t i = 0; i < count; ++i) std::swap(plans[i].rows, rows_[i]);
+    const LentRows lent(plans, rows_);
     queue_.begin(count);
     std::atomic<double> planning = 0, all = 0; // seconds
     tbb::parallel_for(size_t{0}, count, [&](size_t i) {
@@ -83,16 +84,36 @@ public:
       append(plan.cameraBlend, shaded.cameraBlend);
       append(plan.lightBlend, shaded.lightBlend);
       shaded.unseen += plan.unseen;
-      for (const uint32_t unmatched : plan.unmatchedShadows)
-        shaded.unmatchedShadows.push_back(static_cast<uint32_t>(firstPlace * lights_) + unmatched);
+      shaded.unmatchedShadows += plan.unmatchedShadows;
+      for (const uint32_t unmatched : plan.unmatchedAt)
+        shaded.unmatchedAt.push_back(firstPlace * lights_ + unmatched);
       firstPlace += plan.places;
     }
-    for (size_t i = 0; i < count; ++i) std::swap(plans[i].rows, rows_[i]);
     if (kept_) nextKept_ += count;
     if (lap_) lap_(0);
   }
 
 private:
+  // Lends plans the memory of light rows, which they do not keep; takes it back when it goes, also by an
+  // exception.
+  class LentRows {
+  public:
+    LentRows(std::span<ShadingPlan> plans, std::vector<weights::LightRows>& rows)
+        : plans_(plans), rows_(rows) {
+      swap();
+    }
+    LentRows(const LentRows&) = delete;
+    LentRows& operator=(const LentRows&) = delete;
+    ~LentRows() { swap(); }
+
+  private:
+    void swap() {
+      for (size_t i = 0; i < plans_.size(); ++i) std::swap(plans_[i].rows, rows_[i]);
+    }
+    std::span<ShadingPlan> plans_;
+    std::vector<weights::LightRows>& rows_;
+  };
+
   // At most so many queries, but at least one group of four, which is not divided.
   static size_t wholeGroups(size_t queries) { return std::max(size_t{1}, queries / 4) * 4; }
 
@@ -151,6 +172,7 @@ Shaded shade(const weights::ReflectanceField& field, size_t queries, const FillB
   weights::QueryBatch batch;
   fill(0, 0, batch);
   Shading shading(field, batch, options, cache, stats, progress, lap, kept);
+  if (options.showsTargets) shaded.targets.reserve(kept.places * shading.targetsPerPlace());
   if (lap) lap(1);
   size_t begin = 0;
   do {

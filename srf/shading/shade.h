@@ -15,17 +15,18 @@ struct Shaded {
   std::vector<float> confidence;            // per place, as in ShadingPlan
   std::vector<Rgb> cameraBlend, lightBlend; // per place, as in ShadingPlan
   size_t unseen = 0;                        // as in ShadingPlan
-  std::vector<uint32_t> unmatchedShadows;   // as in ShadingPlan
+  size_t unmatchedShadows = 0;              // as in ShadingPlan
   // Radiance of each target, those of a place in succession, if the options show targets.
   std::vector<Rgb> targets;
+  std::vector<size_t> unmatchedAt; // likewise, as in ShadingPlan
 };
 
 // Sum of the radiance of each place's targets.
 std::vector<Rgb> summed(std::vector<Rgb> targets, size_t perPlace);
 
 // Plans of one call of shade() that a later call takes over, for queries that differ in nothing but the
-// directions and irradiance of their lights: see ShadingPlanner::relight. About 90 bytes for each query that
-// blends three cameras.
+// directions and irradiance of their lights: see ShadingPlanner::relight. At least 28 bytes for each blended
+// camera of a query, up to twice that while plans grow.
 struct KeptPlans {
   std::vector<ShadingPlan> plans;
   bool areComplete = false; // true: the next call relights them; false: it makes them
@@ -46,10 +47,11 @@ Shaded shade(const weights::ReflectanceField& field, const weights::QueryBatch& 
 // of four, but for the last one without corners.
 using FillBatch = std::function<void(size_t begin, size_t end, weights::QueryBatch& batch)>;
 
-// What a call keeps for the next one, where cameras and lights are weighted apart. Null: nothing.
+// Stages that a call leaves for the next one, where cameras and lights are weighted apart. Null: nothing.
 struct Kept {
   KeptPlans* plans = nullptr;
   KeptLookUps* lookUps = nullptr; // without plans, environments and blend colours
+  size_t places = 0;              // of all queries, to make room for targets; may be unknown
 };
 
 // Radiance of queries that are generated on demand, so that only those being shaded are in memory.

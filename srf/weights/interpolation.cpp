@@ -35,6 +35,11 @@ bool usesTables(const ReflectanceField& field, const ShadeOptions& options) {
          field.shared;
 }
 
+bool correctsEnvironments(const ReflectanceField& field, const QueryBatch& batch,
+                          const ShadeOptions& options) {
+  return usesTables(field, options) && !batch.environments.empty();
+}
+
 bool usesShadowStates(const ReflectanceField& field, const ShadeOptions& options) {
   return field.lightVisibility && (field.interpolation.shadows || usesTables(field, options));
 }

@@ -10,7 +10,7 @@
 // A full product has a photograph of every camera under every light. Cameras: camera_weights.h, lights:
 // light_weights.h, pairs: pair_weights.h. Shared interpolation answers directional and point lights by tables
 // as far as they are trusted (shared_weights.h), and else as separate or kriging. It answers environments as
-// kriging, corrected by tables (environment_tables.h).
+// kriging does, then corrects them by tables (environment_tables.h).
 #pragma once
 
 #include "srf/weights/light_blend.h"
@@ -23,6 +23,7 @@ namespace surflect::weights {
 
 struct ReflectanceField;
 struct ShadeOptions;
+struct QueryBatch;
 
 // How photographs are weighted for a surfel, a direction to the viewer and a light.
 enum class Interpolation {
@@ -69,6 +70,10 @@ bool usesKriging(const ReflectanceField& field, const ShadeOptions& options);
 
 // True if tables answer directional and point lights.
 bool usesTables(const ReflectanceField& field, const ShadeOptions& options);
+
+// True if tables correct what photographs say of a batch's environments.
+bool correctsEnvironments(const ReflectanceField& field, const QueryBatch& batch,
+                          const ShadeOptions& options);
 
 // True if the model's choice is to answer by shadow states, for a field that has them; tables need them.
 bool usesShadowStates(const ReflectanceField& field, const ShadeOptions& options);

@@ -63,7 +63,7 @@ struct Foreshortened {
   std::span<const float> cosines;
 };
 
-// What of each light of an environment reaches a surfel (ReachedPart): cosines and shadow states of the
+// Parts of an environment's lights that reach a surfel (ReachedPart): cosines and shadow states of the
 // captured lights, and the parts (#lights of the environment), which are written.
 struct ReachedParts {
   std::span<const float> cosines, states;

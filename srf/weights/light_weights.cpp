@@ -87,8 +87,9 @@ LightWeights::LightWeights(const ReflectanceField& field, const LightExtrapolati
       ulrOfLight_(lightCount_),
       canBeGrouped_(hasShortRows_ && lights_.areUniform() && lights_.inverseColor() && !showsColors_),
       sums_(field.rig.lights.size()), lightColor_(blendColors(field.rig.lights.size())),
-      environmentBrightness_(environmentBrightness(batch)), asksReached_(usesTables(field, options)),
-      cosine_(field.rig.lights.size()), state_(field.rig.lights.size(), 1.f) {
+      environmentBrightness_(environmentBrightness(batch)),
+      asksReached_(correctsEnvironments(field, batch, options)), cosine_(field.rig.lights.size()),
+      state_(field.rig.lights.size(), 1.f) {
   for (size_t l = 0; l < lightCount_; ++l) canBeGrouped_ &= isPlainUlr(batch.extrapolationOf(l));
   for (const QueryEnvironment& environment : batch.environments) {
     shares_.emplace_back(field.rig.lights.size());
@@ -107,13 +108,14 @@ void LightWeights::prepare(size_t begin, size_t count, LightRows& rows) {
   if (isGrouped_) appendGroup(rows);
 }
 
-LightWeights::Row LightWeights::append(size_t lane, LightRows& rows) {
+LightWeights::Row LightWeights::append(size_t lane, LightRows& rows, bool asksReached) {
   color_ = {};
+  asksNow_ = asksReached_ && asksReached;
   if (isGrouped_) return {rowEnds_[lane], rowEnds_[lane + 1]};
   const size_t begin = rows.lights.size(), query = begin_ + lane;
   lights_.moveTo(field_.cloud.p0[batch_.surfels[query]].cast<double>());
-  if (lightBlend_.foreshortened || asksReached_) setNormal(batch_.surfels[query]);
-  if (asksReached_) setStates(batch_.surfels[query]);
+  if (lightBlend_.foreshortened || asksNow_) setNormal(batch_.surfels[query]);
+  if (asksNow_) setStates(batch_.surfels[query]);
   const float share = 1 / static_cast<float>(batch_.sources());
   for (size_t l = 0; l < lightCount_; ++l) {
     const auto& towards = batch_.towardsLight[query * batch_.lights + l];
@@ -240,8 +242,7 @@ void LightWeights::shareEnvironment(size_t e,
   const ReachedParts reached{cosine_, state_, reached_[e]};
   if (environment.table) {
     environment.table->spread(environments_[e], rotation, shares_[e],
-                              lightBlend_.foreshortened ? &surface : nullptr,
-                              asksReached_ ? &reached : nullptr);
+                              lightBlend_.foreshortened ? &surface : nullptr, asksNow_ ? &reached : nullptr);
     return;
   }
   const Point3<AcquisitionSpace> place = lights_.place().cast<float>();
@@ -261,7 +262,7 @@ void LightWeights::shareEnvironment(size_t e,
         shares_[e][light] += weight * Eigen::Array4f(scaled.r, scaled.g, scaled.b, brightness(irradiance));
         part.add(weight, cosine_[light], state_[light]);
       }
-      if (asksReached_) reached_[e][begin + i] = part.value();
+      if (asksNow_) reached_[e][begin + i] = part.value();
     }
   }
 }

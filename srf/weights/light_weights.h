@@ -71,15 +71,16 @@ public:
   struct Row {
     size_t begin, end;
   };
-  // Returns the row of the lane-th prepared query; appends it unless prepare has done so.
-  Row append(size_t lane, LightRows& rows);
+  // Returns the row of the lane-th prepared query; appends it unless prepare has done so. asksReached:
+  // whether tables answer its environments.
+  Row append(size_t lane, LightRows& rows, bool asksReached = false);
 
   // Mean blend colour of the lights in the last appended row, if the options show blends.
   Rgb blendColor() const { return color_; }
 
-  // An environment in the last appended row, before its strength is applied: its irradiance that each
-  // captured light represents, without the fourth number, and, if tables answer, the part of each of its
-  // lights that reaches the surfel.
+  // Shares of an environment in the last appended row, before its strength is applied: irradiance that each
+  // captured light represents (r, g, b, unused); if tables answer, the part of each light of the environment
+  // that reaches the surfel.
   struct Environment {
     std::span<const Eigen::Array4f> shares;
     std::span<const float> reached;
@@ -153,6 +154,7 @@ private:
   std::vector<std::vector<Eigen::Array4f>> shares_;
   std::vector<std::vector<float>> reached_;
   const bool asksReached_;
+  bool asksNow_ = false; // of the current query
   Normal3<AcquisitionSpace> normal_;
   std::vector<float> cosine_; // per captured light, with normal_
   std::vector<float> state_;  // per captured light; 1 without shadow states

@@ -33,9 +33,13 @@ SurfelOfTables surfelOfTables(const ReflectanceField& field, uint32_t surfel) {
   return own;
 }
 
-float SurfelOfTables::shareOf(const Direction3<AcquisitionSpace>& towardsView) const {
+float SurfelOfTables::viewFade(float cosine) {
   constexpr double kGrazing = 0.2;
-  return trust * static_cast<float>(smoothStep(0, kGrazing, surfelFromAcquisition(towardsView).z()));
+  return static_cast<float>(smoothStep(0, kGrazing, cosine));
+}
+
+float SurfelOfTables::shareOf(const Direction3<AcquisitionSpace>& towardsView) const {
+  return trust * viewFade(surfelFromAcquisition(towardsView).z());
 }
 
 void SharedWeights::moveTo(uint32_t surfel) {

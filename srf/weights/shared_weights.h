@@ -71,6 +71,8 @@ struct SurfelOfTables {
   float trust = 0; // sum of weight * trust over the mixture
   Rotation<reflectance::SurfelSpace, AcquisitionSpace, float> surfelFromAcquisition;
 
+  // Fade of tables by the cosine of a view to their frame, 0..1: 0 along the surface
+  static float viewFade(float cosine);
   // m of a lit surfel
   float shareOf(const Direction3<AcquisitionSpace>& towardsView) const;
 };

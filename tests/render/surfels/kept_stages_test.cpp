@@ -222,5 +222,115 @@ TEST_F(KeptStagesOfSphere, ALampThatMovesAloneAsksForFewLookUps) {
   EXPECT_LT(static_cast<double>(workspace.stats.shading.operations), 0.6 * all);
 }
 
+// What was kept for one way to weight photographs makes room for the other.
+TEST_F(KeptStagesOfSphere, OnlyOneWayToWeightPhotographsIsKept) {
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  workspace.keepsStages = true;
+  FrameOptions byPairs = with(weights::Interpolation::kriging),
+               apart = with(weights::Interpolation::separate);
+  byPairs.shadows = true;
+  SessionState state(8, {byPairs}, false);
+  const auto render = [&](const FrameOptions& options, int times) {
+    for (int i = 0; i < times; ++i) {
+      state.camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3 + 0.01 * i}, pictureSize);
+      renderFrame(model(), state.scene(), options, workspace);
+    }
+  };
+  render(byPairs, 2);
+  EXPECT_FALSE(workspace.kept.answers.isEmpty());
+  EXPECT_FALSE(workspace.kept.shadows.isEmpty());
+  render(apart, 2);
+  EXPECT_TRUE(workspace.kept.answers.isEmpty());
+  EXPECT_TRUE(workspace.kept.shadows.isEmpty());
+  EXPECT_FALSE(workspace.kept.occluders);
+  EXPECT_FALSE(workspace.kept.lookUps.isEmpty());
+  render(byPairs, 1);
+  EXPECT_TRUE(workspace.kept.lookUps.isEmpty());
+  EXPECT_TRUE(workspace.kept.plans.plans.empty());
+}
+
+// Lamps that stay say nothing while every surfel turns under them.
+TEST_F(KeptStagesOfSphere, WhileTheWarpMovesNothingIsKeptThatTheNextFrameCannotUse) {
+  for (const auto interpolation : {weights::Interpolation::kriging, weights::Interpolation::separate}) {
+    FrameWorkspace workspace(model(), size_t{1} << 28);
+    workspace.keepsStages = true;
+    FrameOptions options = with(interpolation);
+    options.shadows = true;
+    SessionState state(9, {options}, false);
+    for (int frame = 0; frame < 3; ++frame) {
+      state.warp = warp::sineWarp({.axis = {0, 1, 0},
+                                   .direction = {1, 0, 0},
+                                   .center = {0, 0, 0},
+                                   .amplitude = 0.3,
+                                   .wavelength = 0.7,
+                                   .phase = Angle::fromRadians(frame)});
+      renderFrame(model(), state.scene(), options, workspace);
+      EXPECT_TRUE(workspace.kept.shadows.isEmpty());
+      EXPECT_TRUE(workspace.kept.lookUps.isEmpty());
+    }
+    state.camera = cameraFrom<ObjectSpace>({1, 0.5, 0.3}, pictureSize);
+    renderFrame(model(), state.scene(), options, workspace);
+    const bool isKriging = interpolation == weights::Interpolation::kriging;
+    EXPECT_EQ(workspace.kept.shadows.isEmpty(), !isKriging);
+    EXPECT_EQ(workspace.kept.lookUps.isEmpty(), isKriging);
+  }
+}
+
+TEST_F(KeptStagesOfSphere, AnOrdinaryFrameKeepsNoOccluders) {
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  FrameOptions options = with(weights::Interpolation::kriging);
+  options.shadows = true;
+  SessionState state(10, {options}, false);
+  renderFrame(model(), state.scene(), options, workspace);
+  EXPECT_GT(workspace.stats.occluders, 0u);
+  EXPECT_FALSE(workspace.kept.occluders);
+}
+
+// A camera that moves a little finds most look-ups of the last frame.
+TEST_F(KeptStagesOfSphere, ACameraThatMovesAloneLooksLittleUp) {
+  FrameWorkspace workspace(model(), size_t{1} << 28);
+  workspace.keepsStages = true;
+  const FrameOptions options = with(weights::Interpolation::separate);
+  SessionState state(11, {options}, false);
+  std::vector<double> lookups;
+  for (int frame = 0; frame < 3; ++frame) {
+    state.camera = cameraFrom<ObjectSpace>({1, 0.4, 0.3 + 0.002 * frame}, pictureSize);
+    renderFrame(model(), state.scene(), options, workspace);
+    lookups.push_back(static_cast<double>(workspace.stats.shading.lookups));
+  }
+  EXPECT_LT(lookups[2], 0.5 * lookups[0]);
+}
+
+// Lights that come, go and change places keep the states of those that stay.
+TEST(KeptShadows, KeepTheStatesOfLightsThatStay) {
+  DeformedCloud deformed;
+  deformed.p = {Point3<ObjectSpace>{0, 0, 0}, Point3<ObjectSpace>{1, 0, 0}};
+  deformed.u = {Direction3<ObjectSpace>{1, 0, 0}, Direction3<ObjectSpace>{1, 0, 0}};
+  deformed.v = {Direction3<ObjectSpace>{0, 1, 0}, Direction3<ObjectSpace>{0, 1, 0}};
+  deformed.handedness.assign(2, Handedness::kept);
+  const ShadowLight a{false, {0, 0, 1}}, b{false, {0, 1, 1}}, c{true, {0, 0, 1}};
+  KeptShadows kept;
+  kept.arrange(std::array{a, b}, 2);
+  for (uint32_t surfel : {0, 1}) {
+    kept.pose(surfel, deformed, surfel);
+    EXPECT_TRUE(std::isnan(kept.stateAt(surfel, 0)));
+    kept.stateAt(surfel, 0) = 0.25f;
+    kept.stateAt(surfel, 1) = 0.5f + static_cast<float>(surfel);
+  }
+  kept.arrange(std::array{b, c, b}, 2);
+  kept.pose(1, deformed, 1);
+  EXPECT_EQ(kept.stateAt(1, 0), 1.5f);
+  EXPECT_TRUE(std::isnan(kept.stateAt(1, 1)));
+  EXPECT_TRUE(std::isnan(kept.stateAt(1, 2)));
+  deformed.p[0] = {0, 0, 0.1f};
+  kept.pose(0, deformed, 0);
+  EXPECT_TRUE(std::isnan(kept.stateAt(0, 0)));
+  kept.forget();
+  EXPECT_TRUE(kept.isEmpty());
+  kept.arrange(std::array{b}, 2);
+  kept.pose(1, deformed, 1);
+  EXPECT_TRUE(std::isnan(kept.stateAt(1, 0)));
+}
+
 } // namespace
 } // namespace surflect::surfels

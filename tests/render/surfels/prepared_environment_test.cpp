@@ -7,6 +7,7 @@
 #include "srf/image/exr.h"
 #include "srf/weights/ulr.h"
 #include "tests/render/films.h"
+#include "tests/srf/shading/queries.h"
 #include "warp/deform.h"
 
 #include <gtest/gtest.h>
@@ -351,6 +352,33 @@ TEST_F(EnvironmentOfSphere, KeyLightsAreWeightedByPairs) {
   const float most = *std::ranges::max_element(ofKeys.values);
   EXPECT_GT(most, 0);
   EXPECT_LT(largestDifference(ofMap, ofKeys), 0.02 * most);
+}
+
+using EnvironmentOfTables = studio::TableQueries;
+
+// Tables see each light as a dot: dots of a smooth map are no further apart than the nodes of a table.
+TEST_F(EnvironmentOfTables, HasLightsAsNearAsTheTablesResolveWhateverItsError) {
+  image::Image white(128, 64, 3);
+  std::ranges::fill(white.values, 1.f);
+  const SharedMap map = mapOf(white);
+  EnvironmentCache cache;
+  const auto farthestNeighbour = [&](weights::Interpolation interpolation) {
+    weights::ShadeOptions options;
+    options.interpolation = interpolation;
+    const auto environment = std::get<ShotEnvironment>(lightOf(map, Mat3<double>::Identity(), 0.1)[0]);
+    const std::vector<weights::EnvironmentLight>& lights = cache.prepared(environment, model, options).lights;
+    double farthest = 0;
+    for (const auto& light : lights) {
+      double nearest = 2;
+      for (const auto& other : lights)
+        if (&other != &light)
+          nearest = std::min(nearest, double{(light.towards.raw() - other.towards.raw()).norm()});
+      farthest = std::max(farthest, nearest);
+    }
+    return farthest;
+  };
+  EXPECT_GT(farthestNeighbour(weights::Interpolation::kriging), 0.2);
+  EXPECT_LT(farthestNeighbour(weights::Interpolation::shared), 0.12);
 }
 
 TEST_F(EnvironmentOfSphere, IsPreparedOnceForEachMapAndSetting) {
