@@ -44,13 +44,14 @@
   const redrawFine = picture.onceAFrame(() => {
     draw();
     coarse = Math.min(1, 2 * coarse);
-    slowFrames = 0;
   });
   document.addEventListener("visibilitychange", () => ++timesHidden);
   const redrawMoving = picture.onceAFrame((time) => {
     const hidden = timesHidden;
     draw(coarse);
     requestAnimationFrame((next) => {
+      clearTimeout(resting);
+      resting = setTimeout(redrawFine, restAfter); // not while a slow frame is drawn
       if (loading || timesHidden !== hidden) return;
       slowFrames = next - time > slowest ? slowFrames + 1 : 0;
       if (slowFrames > 1) { coarse = Math.max(coarsest, coarse / 2); slowFrames = 0; }
@@ -58,7 +59,6 @@
   });
   function redraw() {
     clearTimeout(resting);
-    resting = setTimeout(redrawFine, restAfter);
     redrawMoving();
   }
 
