@@ -8,10 +8,13 @@
 #include "render/methods.h"
 #include "srf/capture/file_names.h"
 #include "srf/import/output_folder.h"
+#include "srf/model/manifest.h"
 #include "srf/planes/stack.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/folder.h"
+#include "surfel/base/text.h"
+#include "surfel/math/bounds.h"
 
 #include <fmt/format.h>
 
@@ -58,6 +61,26 @@ void refuse(const std::vector<const CLI::Option*>& options, std::string_view isF
     if (option->count() > 0) throw UsageError(Error(fmt::format("is for {}", isFor)).at(option->get_name()));
 }
 
+void sayKept(const std::string& annotations) {
+  if (!annotations.empty()) say(fmt::format("annotations of the earlier page: kept as {}", annotations));
+}
+
+// Hash of the captured cameras, which stay when a model is packed again.
+std::string objectOf(const lightfield::LightFieldFolder& model) {
+  return hex(contentHash(readFile(model.path() / "transforms.json", kLargestText)));
+}
+
+planes::Stack stackOf(const capture::Capture& capture) {
+  try {
+    return planes::stackOf(capture);
+  } catch (const Error&) {
+    if (capture.views.size() > 1)
+      say("web shows several views as a model, which `surflect pack CAPTURE --method lfm -o MODEL.lfm` "
+          "makes");
+    throw;
+  }
+}
+
 Json runCapture(const WebArguments& arguments, const Progress& progress) {
   refuse(arguments.ofModels, "models, not for captures of one view");
   annotationsOf(arguments); // mistakes are told before the work
@@ -66,7 +89,7 @@ Json runCapture(const WebArguments& arguments, const Progress& progress) {
     return web::markOf({object, arguments.title, arguments.credit, arguments.pixelsPerMm}, earlier,
                        folderName(arguments.source.path));
   };
-  const planes::Stack stack = planes::stackOf(arguments.source.read());
+  const planes::Stack stack = stackOf(arguments.source.read());
   for (const std::string& note : stack.notes) say(note);
   importers::OutputFolder folder(arguments.output, {web::kMarkFile, web::isOfPage});
   const std::filesystem::path& page = folder.temporaryPath();
@@ -76,7 +99,7 @@ Json runCapture(const WebArguments& arguments, const Progress& progress) {
   const std::string kept = web::keepEarlierAnnotations(arguments.output, page, annotations);
   const uint64_t bytes = bytesIn(page);
   folder.commit();
-  if (!kept.empty()) say(fmt::format("annotations of the earlier page: kept as {}", kept));
+  sayKept(kept);
 
   const planes::Errors leftOut = planes::meanOf(report.leftOut);
   say(fmt::format(
@@ -118,17 +141,28 @@ Json runModel(const WebArguments& arguments, const Progress& progress) {
   const lfm::OpenedMaps model = lfm::openMaps(path, progress);
   inFile(path, [&] { web::requireHeldByPage(model.maps); });
   const web::PageMark mark = web::markOf(
-      {hex(model.folder.identity()), arguments.title, arguments.credit, arguments.mmPerUnit},
+      {objectOf(model.folder), arguments.title, arguments.credit, arguments.mmPerUnit},
       web::earlierMark(arguments.output), std::filesystem::path(folderName(path)).stem().string());
   importers::OutputFolder folder(arguments.output, {web::kMarkFile, web::isOfPage});
   const web::ObjectPageReport report =
       web::writeObjectPage(model, folder.temporaryPath(), arguments.object, mark, progress);
+  const std::string kept =
+      web::keepEarlierAnnotations(arguments.output, folder.temporaryPath(), web::noAnnotations());
   const uint64_t bytes = bytesIn(folder.temporaryPath());
   folder.commit();
-  say(fmt::format("{}: {} triangles of {} terms, {:.1f} MB; exposed by {:+.3f} stops", indexOf(arguments),
-                  report.triangles, report.terms, static_cast<double>(bytes) / 1e6, report.stops));
-  return {{"page", indexOf(arguments)}, {"triangles", report.triangles},  {"vertices", report.vertices},
-          {"terms", report.terms},      {"exposure_stops", report.stops}, {"bytes", bytes}};
+  sayKept(kept);
+  const Vec3<double> size = boundsOf(model.maps.mesh.positions).sizes();
+  say(fmt::format(
+      "{}: {} of {}, {:.1f} MB; {:.4g} x {:.4g} x {:.4g} units along x, y, z; exposed by {:+.3f} stops",
+      indexOf(arguments), counted(report.triangles, "triangle"), counted(report.terms, "term"),
+      static_cast<double>(bytes) / 1e6, size.x(), size.y(), size.z(), report.stops));
+  return {{"page", indexOf(arguments)},
+          {"triangles", report.triangles},
+          {"vertices", report.vertices},
+          {"terms", report.terms},
+          {"exposure_stops", report.stops},
+          {"bytes", bytes},
+          {"size", {size.x(), size.y(), size.z()}}};
 }
 
 Json runWeb(const WebArguments& arguments, const Progress& progress) {
@@ -136,7 +170,7 @@ Json runWeb(const WebArguments& arguments, const Progress& progress) {
     if (!capture::isUtf8(*text)) throw Error::mismatch("UTF-8", "other bytes").at(option);
   std::error_code unknown; // reported when it is read
   const bool isModel =
-      std::filesystem::exists(std::filesystem::path(arguments.source.path) / "manifest.json", unknown);
+      std::filesystem::exists(std::filesystem::path(arguments.source.path) / model::kManifestFile, unknown);
   return isModel ? runModel(arguments, progress) : runCapture(arguments, progress);
 }
 
@@ -156,6 +190,7 @@ void addWebCommand(CLI::App& app, CommandWork& work) {
           "maps (pack --method lfm)")
       ->required();
   addAllowOutside(*command, arguments->source.outside);
+  arguments->ofCaptures.push_back(command->get_option("--allow-outside"));
   command->add_option("-o,--output", arguments->output, "folder of the page; one that is there is replaced")
       ->required();
   command->add_option("--title", arguments->title,

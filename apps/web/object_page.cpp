@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -26,12 +25,12 @@ namespace {
 
 using lfm::LightFieldMaps, lfm::MapTable, lfm::MapShape, lfm::Coding;
 
-// What every browser with WebGL 2 has: texels of a texture's side, layers, and texels of the page's table of
-// places, a texel for each map of a triangle.
+// Sizes that every browser with WebGL 2 has [WebGL 2, section 3.7.2]: texels of a texture's side, layers; and
+// texels of the page's table of places, a texel for each map of a triangle.
 constexpr int kSide = 2048, kLayers = 256;
 constexpr size_t kMostPlaces = size_t{kSide} * kSide;
-constexpr double kWhitePercentile = 0.995; // as films choose it (film::whiteOf)
-// Shares of a turn at which films of turn-tables choose it: five of their 48 frames.
+constexpr double kWhitePercentile = 0.995; // as of films (film::whiteOf)
+// Shares of a turn that are looked at: five of the 48 frames of a turn-table.
 constexpr std::array kExposedShares{0 / 48.0, 11 / 48.0, 23 / 48.0, 35 / 48.0, 47 / 48.0};
 // Barycentrics of the middles of a triangle's four equal parts.
 constexpr std::array<std::array<double, 2>, 4> kQuarters{
@@ -60,7 +59,7 @@ struct SeenRadiance {
   double radiance, area;
 };
 
-// Radiance that a share of what is seen does not exceed.
+// Area-weighted percentile of radiance, of a share in 0..1.
 double percentileOf(std::vector<SeenRadiance> seen, double share) {
   std::ranges::sort(seen, {}, &SeenRadiance::radiance);
   double all = 0, sum = 0;
@@ -70,27 +69,22 @@ double percentileOf(std::vector<SeenRadiance> seen, double share) {
   return 0;
 }
 
-// Direction of an orbit, as docs/script.md has it.
-Vec3<double> towardsViewer(const scene::TurntableOrbit& orbit, double azimuthDeg) {
-  const double azimuth = azimuthDeg * std::numbers::pi / 180,
-               elevation = orbit.elevationDeg * std::numbers::pi / 180;
-  const Vec3<double> direction(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
-                               std::cos(elevation) * std::cos(azimuth));
-  return Eigen::Quaterniond::FromTwoVectors(Vec3<double>(0, 1, 0), orbit.up) * direction;
-}
-
-// White of a turn-table's views: what films of them take for it.
+// Radiance that is shown as white: the largest 99.5th percentile over five views of a turn. Near that of
+// films (within 0.3 stops), which leave out hidden surfaces and add corrections on edges.
 double whiteOf(const LightFieldMaps& maps, const scene::TurntableOrbit& orbit, const Progress& progress) {
   double white = 0;
-  for (const double share : kExposedShares) {
-    progress.checkpoint();
+  for (size_t i = 0; i < kExposedShares.size(); ++i) {
+    progress("exposure", static_cast<double>(i) / kExposedShares.size());
+    const double share = kExposedShares[i];
     const double azimuth = orbit.firstAzimuthDeg + (orbit.lastAzimuthDeg - orbit.firstAzimuthDeg) * share;
-    const Vec3<double> eye = orbit.center + orbit.distance * towardsViewer(orbit, azimuth);
+    const Vec3<double> eye =
+        orbit.center + orbit.distance * scene::towardsOrbit(orbit.up, Angle::fromDegrees(azimuth),
+                                                            Angle::fromDegrees(orbit.elevationDeg));
     std::vector<SeenRadiance> seen;
     for (size_t t = 0; t < maps.mesh.triangles.size(); ++t) {
       std::array<Vec3<double>, 3> corners;
-      for (size_t i = 0; i < 3; ++i)
-        corners[i] = maps.mesh.positions[maps.mesh.triangles[t][i]].raw().cast<double>();
+      for (size_t corner = 0; corner < 3; ++corner)
+        corners[corner] = maps.mesh.positions[maps.mesh.triangles[t][corner]].raw().cast<double>();
       const Vec3<double> side = corners[1] - corners[0], other = corners[2] - corners[0];
       for (const auto& [b, c] : kQuarters) {
         const Vec3<double> d = (eye - corners[0] - b * side - c * other).normalized();
@@ -153,15 +147,13 @@ void requireHeldByPage(const LightFieldMaps& maps) {
     const size_t placesOfTerm = maps.layout == lfm::SurfaceLayout::packed ? 4 : 6,
                  places = triangles * (1 + terms * placesOfTerm);
     if (places > kMostPlaces)
-      throw Error(
-          fmt::format("{} triangles of {} terms are more than a page holds: pack with fewer --triangles or "
-                      "--terms",
-                      triangles, terms));
+      throw Error(fmt::format("{} of {} are more than a page holds: pack with fewer --triangles or --terms",
+                              counted(triangles, "triangle"), counted(terms, "term")));
     if (const size_t bytes = lfm::bytesOf(maps).total(); bytes > kMostBytes)
-      throw Error(
-          fmt::format("{:.0f} MB are more than a page holds, {:.0f} MB: pack with --s3tc, --vq or fewer "
-                      "--triangles",
-                      static_cast<double>(bytes) / 1e6, static_cast<double>(kMostBytes) / 1e6));
+      throw Error(fmt::format(
+          "{:.3f} MB are more than the {:.3f} MB that a page holds: pack with --s3tc, --vq or fewer "
+          "--triangles",
+          static_cast<double>(bytes) / 1e6, static_cast<double>(kMostBytes) / 1e6));
     const auto requireLayers = [&](const MapShape& shape, const lfm::MapSet& set) {
       const lfm::TilingLimits limits{.side = kSide,
                                      .layers = kLayers / static_cast<int>(std::max<size_t>(1, terms)),
@@ -180,7 +172,6 @@ ObjectPageReport writeObjectPage(const lfm::OpenedMaps& model, const std::filesy
                                  const ObjectPageOptions& options, const PageMark& mark,
                                  const Progress& progress) {
   const LightFieldMaps& maps = model.maps;
-  requireHeldByPage(maps);
   const TriangleMesh& mesh = maps.mesh;
   const scene::TurntableOrbit orbit = scene::turntableOrbit(
       {.model = "", .rig = model.folder.rig(), .points = mesh.positions, .isBaked = true});
@@ -203,6 +194,10 @@ ObjectPageReport writeObjectPage(const lfm::OpenedMaps& model, const std::filesy
       {"center", list(orbit.center)},   {"up", list(orbit.up)}, {"radius", orbit.ballRadius},
       {"distance", orbit.distance},     {"fov", orbit.fovDeg},  {"azimuth", orbit.firstAzimuthDeg},
       {"elevation", orbit.elevationDeg}};
+  if (!orbit.isWhole) { // visitors start in the middle of the photographed sector, and are told outside of it
+    data["camera"]["azimuth"] = 0.5 * (orbit.firstAzimuthDeg + orbit.lastAzimuthDeg);
+    data["camera"]["sector"] = {orbit.firstAzimuthDeg, orbit.lastAzimuthDeg};
+  }
   data["coding"] = {
       {"surface", nameOf(maps.terms.empty() ? Coding::bytes : maps.terms[0].surface.maps.coding)},
       {"view", nameOf(maps.terms.empty() ? Coding::bytes : maps.terms[0].view.maps.coding)},

@@ -24,7 +24,8 @@ namespace surflect::web {
 inline constexpr double kMostStops = 30; // of the exposure, up and down
 
 struct ObjectPageOptions {
-  std::optional<double> stops; // exposure, as [camera] exposure of scripts; none: as films are exposed
+  std::optional<double>
+      stops; // exposure, as [camera] exposure of scripts; none: white is near that of a turn's film
 };
 
 struct ObjectPageReport {
@@ -36,8 +37,8 @@ struct ObjectPageReport {
 // WebGL 2 has.
 void requireHeldByPage(const lfm::LightFieldMaps& maps);
 
-// Writes the page into a folder that exists. The mark's scale is millimetres of a unit of the model. Throws
-// Error as requireHeldByPage() does.
+// Writes the page of maps that requireHeldByPage() into a folder that exists. The mark's scale is millimetres
+// of a unit of the model.
 ObjectPageReport writeObjectPage(const lfm::OpenedMaps& model, const std::filesystem::path& folder,
                                  const ObjectPageOptions& options, const PageMark& mark,
                                  const Progress& progress);

@@ -22,7 +22,7 @@ inline constexpr double kLeastScale = 1e-6, kGreatestScale = 1e6;
 
 // What a page keeps for the next export of its object: title, credit, and scale for lengths.
 struct PageMark {
-  std::string object; // hash of what was captured
+  std::string object; // hash of what was captured: of photographs, or of a model's cameras
   std::string title;
   std::string credit;          // who has rights in it; may be empty
   std::optional<double> scale; // pixels per millimetre of a picture, millimetres of a unit of a model

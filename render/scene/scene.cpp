@@ -1,5 +1,6 @@
 #include "render/scene/scene.h"
 
+#include "render/scene/turntable.h"
 #include "surfel/base/error.h"
 #include "surfel/base/file.h"
 #include "surfel/base/text.h"
@@ -78,28 +79,15 @@ Rigid<CameraSpace, ObjectSpace> placed(const LookAtCamera& camera, const warp::S
                 warp::finiteAt(camera.lookAt, time, "look_at"), warp::unitAt(camera.up, time, "up"));
 }
 
-// The shortest turn from y to a unit vector; by half a turn about z where that is -y. Eigen's FromTwoVectors
-// takes long to compile, and is off by up to 1e-4 where up is nearly -y.
-Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
-  const double x = up.x(), y = up.y(), z = up.z();
-  const double onePlusY = y > 0 ? 1 + y : (x * x + z * z) / (1 - y); // without cancellation
-  const Eigen::Quaterniond turn(onePlusY, z, 0, -x); // times twice the cosine of half the angle
-  if (turn.coeffs().isZero(0)) return {0, 0, 0, 1};
-  return Eigen::Quaterniond(turn.coeffs().stableNormalized());
-}
-
 Rigid<CameraSpace, ObjectSpace> placed(const OrbitCamera& camera, const warp::ShotTime& time) {
   const Vec3<double> center = warp::finiteAt(camera.center, time, "orbit.center"),
                      up = warp::unitAt(camera.up, time, "up");
   const double radius = warp::finiteAt(camera.radius, time, "orbit.radius");
-  const double azimuth =
-      Angle::fromDegrees(warp::finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg")).radians();
-  const double elevation =
-      Angle::fromDegrees(warp::finiteAt(camera.elevationDeg, time, "orbit.elevation_deg")).radians();
+  const Angle azimuth = Angle::fromDegrees(warp::finiteAt(camera.azimuthDeg, time, "orbit.azimuth_deg"));
+  const Angle elevation =
+      Angle::fromDegrees(warp::finiteAt(camera.elevationDeg, time, "orbit.elevation_deg"));
   if (!(radius > 0)) throw Error::mismatch("more than 0", numberText(radius)).at("orbit.radius");
-  const Vec3<double> outward(std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
-                             std::cos(elevation) * std::cos(azimuth)); // y up
-  return lookAt(center + radius * (turnFromY(up) * outward), center, up);
+  return lookAt(center + radius * towardsOrbit(up, azimuth, elevation), center, up);
 }
 
 Rgb strengthAt(const warp::Track3& color, const warp::Track& intensity, const warp::ShotTime& time) {

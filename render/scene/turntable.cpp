@@ -5,8 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -25,8 +23,7 @@ struct OrbitAngles {
 };
 
 OrbitAngles anglesOf(const Vec3<double>& direction, const Vec3<double>& up) {
-  const Vec3<double> d =
-      Eigen::Quaterniond::FromTwoVectors(up, Vec3<double>(0, 1, 0)) * direction.normalized();
+  const Vec3<double> d = turnFromY(up).conjugate() * direction.normalized();
   return {Angle::fromRadians(std::atan2(d.x(), d.z())).degrees(),
           Angle::fromRadians(std::asin(std::clamp(d.y(), -1.0, 1.0))).degrees()};
 }
@@ -128,6 +125,21 @@ Vec3<double> upOf(const capture::Capture& rig) {
   const double along = up.cwiseAbs().maxCoeff(&axis);
   if (along < std::cos(Angle::fromDegrees(20).radians())) return up;
   return std::copysign(1.0, up[axis]) * Vec3<double>::Unit(axis);
+}
+
+Eigen::Quaterniond turnFromY(const Vec3<double>& up) {
+  // Eigen's FromTwoVectors takes long to compile, and is off by up to 1e-4 where up is nearly -y.
+  const double x = up.x(), y = up.y(), z = up.z();
+  const double onePlusY = y > 0 ? 1 + y : (x * x + z * z) / (1 - y); // without cancellation
+  const Eigen::Quaterniond turn(onePlusY, z, 0, -x); // times twice the cosine of half the angle
+  if (turn.coeffs().isZero(0)) return {0, 0, 0, 1};
+  return Eigen::Quaterniond(turn.coeffs().stableNormalized());
+}
+
+Vec3<double> towardsOrbit(const Vec3<double>& up, Angle azimuth, Angle elevation) {
+  const double a = azimuth.radians(), e = elevation.radians();
+  return turnFromY(up) *
+         Vec3<double>(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)); // y up
 }
 
 TurntableOrbit turntableOrbit(const TurntableObject& object) {

@@ -2,6 +2,9 @@
 #pragma once
 
 #include "srf/capture/capture.h"
+#include "surfel/math/space.h"
+
+#include <Eigen/Geometry>
 
 #include <span>
 #include <string>
@@ -17,6 +20,14 @@ struct TurntableObject {
 
 // Mean of the cameras' ups; an axis of the coordinates where one is near. y without cameras.
 Vec3<double> upOf(const capture::Capture& rig);
+
+// The shortest turn from y to a unit vector; by half a turn about z where that is -y.
+Eigen::Quaterniond turnFromY(const Vec3<double>& up);
+
+// Unit vector from the middle of an orbit to its camera [docs/script.md, camera.orbit]: azimuth 0 is on +z
+// where the unit vector `up` is y, and grows towards +x; other ups turn it by the shortest turn, -y by half a
+// turn about z.
+Vec3<double> towardsOrbit(const Vec3<double>& up, Angle azimuth, Angle elevation);
 
 // The camera of a turn-table: an orbit about the middle of the object's box, at a distance that shows the
 // ball around it in all directions.

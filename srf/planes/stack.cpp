@@ -34,10 +34,7 @@ Stack stackOf(const capture::Capture& given) {
     stack.notes.push_back(fmt::format("left out: {} that the capture holds out for evaluation",
                                       counted(heldOut, "photograph")));
   if (kept.views.size() != 1)
-    throw Error::mismatch("one view; `pack --method lfm` makes a model of several, which web shows",
-                          std::to_string(kept.views.size()))
-        .at("views")
-        .in(given.file);
+    throw Error::mismatch("one view", std::to_string(kept.views.size())).at("views").in(given.file);
   if (!kept.frames.front().light)
     throw Error::mismatch("a light for each photograph", "fixed light").at("lights").in(given.file);
   const capture::Camera<AcquisitionSpace>& camera = kept.views.front().camera;

@@ -1,4 +1,4 @@
-// The page of a whole object: its state, hands of mouse, finger and keys, and when what is drawn.
+// The page of a whole object: its state, input by mouse, finger and keys, and when what is drawn.
 "use strict";
 (() => {
   const { page, orbit, overlay, picture, ObjectDrawing } = surflect;
@@ -8,18 +8,19 @@
   const gl = picture.contextOf(canvas, { alpha: false });
   if (!gl) return;
 
-  const home = { azimuth: page.camera.azimuth, elevation: page.camera.elevation, distance: page.camera.distance, target: page.camera.center };
-  const ball = { center: page.camera.center, radius: page.camera.radius };
+  const { up, radius, sector } = page.camera; // sector: azimuths that were photographed; none all around
+  const home = { azimuth: page.camera.azimuth, elevation: page.camera.elevation, distance: page.camera.distance, target: [0, 0, 0], zoom: 1 };
   const state = { view: { ...home }, brighter: 0, mmPerUnit: page.mmPerUnit ?? 0 };
   const drawing = new ObjectDrawing(gl, page);
   const finest = 2, coarsest = 1 / 4; // samples along each side of a pixel: when nothing moves, and on slow machines
   const restAfter = 150, slowest = 40; // milliseconds: until a picture counts as resting; of a frame, before it is drawn coarser
-  let coarse = 1, resting = 0, slowFrames = 0;
+  const fewTriangles = 20000; // so many are searched for the scale of each frame; more when the picture rests
+  let coarse = 1, resting = 0, slowFrames = 0, timesHidden = 0, loading = page.counts.length > 0, depth = home.distance;
 
   // ---- The picture.
 
   const aspect = () => canvas.width / canvas.height;
-  const tangents = () => orbit.tangentsOf(page.camera.fov, aspect());
+  const tangents = () => orbit.tangentsOf(page.camera.fov, aspect(), state.view.zoom);
 
   function background() {
     const [r, g, b] = getComputedStyle(stage).backgroundColor.match(/[\d.]+/g).map((byte) => byte / 255);
@@ -29,52 +30,70 @@
   // Draws the picture at once; perPixel: samples along each side of a pixel.
   function draw(perPixel = finest) {
     picture.fill(canvas, stage);
-    const frame = orbit.frameOf(state.view, page.camera.up), tan = tangents();
-    drawing.draw({ clipFromObject: orbit.clipFromObject(frame, tan, ball), eye: frame.eye, stops: page.stops + state.brighter, background: background() },
+    const frame = orbit.frameOf(state.view, up), tan = tangents();
+    drawing.draw({ clipFromObject: orbit.clipFromObject(frame, tan, radius), eye: frame.eye, stops: page.stops + state.brighter, background: background() },
       canvas.width, canvas.height, perPixel);
-    const pixelsPerUnit = stage.clientHeight / (2 * tan[1] * state.view.distance);
+    if (state.mmPerUnit > 0 && (perPixel === finest || drawing.count <= fewTriangles))
+      depth = orbit.depthOfMiddle(frame, drawing.positions, drawing.triangles) ?? state.view.distance;
+    const pixelsPerUnit = stage.clientHeight / (2 * tan[1] * depth);
     by("overlay").replaceChildren(...overlay.scaleBar(state.mmPerUnit > 0 ? pixelsPerUnit / state.mmPerUnit : 0, stage.clientHeight));
   }
 
-  // While the picture moves, frames are coarse enough to follow; once it rests, one is fine.
-  const redrawFine = picture.onceAFrame(() => draw(coarse < 1 ? 1 : finest));
+  // While the picture moves, frames are coarse enough to follow; once it rests, one is fine. Then what was slow may be fast
+  // again. Frames are not judged while terms are decoded, nor where the page was hidden.
+  const redrawFine = picture.onceAFrame(() => {
+    draw();
+    coarse = Math.min(1, 2 * coarse);
+  });
+  document.addEventListener("visibilitychange", () => ++timesHidden);
   const redrawMoving = picture.onceAFrame((time) => {
+    const hidden = timesHidden;
     draw(coarse);
     requestAnimationFrame((next) => {
+      clearTimeout(resting);
+      resting = setTimeout(redrawFine, restAfter); // not while a slow frame is drawn
+      if (loading || timesHidden !== hidden) return;
       slowFrames = next - time > slowest ? slowFrames + 1 : 0;
       if (slowFrames > 1) { coarse = Math.max(coarsest, coarse / 2); slowFrames = 0; }
     });
   });
   function redraw() {
     clearTimeout(resting);
-    resting = setTimeout(redrawFine, restAfter);
     redrawMoving();
   }
 
-  // ---- Hands.
+  // ---- Input.
 
-  function setView(view) {
+  // typed: the field that gives the view, which keeps what was typed until it changes.
+  function setView(view, typed) {
     state.view = view;
     for (const name of ["azimuth", "elevation"])
-      if (document.activeElement !== by(name)) by(name).value = Math.round(view[name]);
+      if (name !== typed) by(name).value = Math.round(view[name]);
+    const isBeyond = sector && Math.abs(orbit.turned(view, -(sector[0] + sector[1]) / 2, 0).azimuth) > (sector[1] - sector[0]) / 2 + 0.5;
+    by("beyond").textContent = isBeyond ? "No photograph was taken from there: the picture is a guess." : "";
     redraw();
   }
   const turn = (azimuth, elevation) => setView(orbit.turned(state.view, azimuth, elevation));
-  const zoom = (factor) => setView(orbit.nearer(state.view, factor, home));
-  const move = (dx, dy) => setView(orbit.moved(state.view, page.camera.up, tangents(), dx / stage.clientHeight, dy / stage.clientHeight, ball));
+  // Enlarges the picture about a point of the page, or its middle.
+  function zoom(factor, clientX, clientY) {
+    const { left, top, width, height } = canvas.getBoundingClientRect(), isPoint = clientX !== undefined;
+    const x = isPoint ? (clientX - left - width / 2) / height : 0, y = isPoint ? (clientY - top - height / 2) / height : 0;
+    setView(orbit.enlarged(state.view, up, tangents(), factor, x, y, radius));
+  }
+  const move = (dx, dy) => setView(orbit.moved(state.view, up, tangents(), dx / stage.clientHeight, dy / stage.clientHeight, radius));
   const goHome = () => setView({ ...home });
 
   const degreesAcross = 240; // of a drag over the shorter side of the picture
-  picture.takeHands(canvas, {
-    press() { coarse = Math.min(1, 2 * coarse); }, // what was slow may be fast again
+  picture.trackPointers(canvas, {
+    press() {},
     drag(event, dx, dy) {
       if (event.shiftKey) return move(dx, dy);
       const perPixel = degreesAcross / Math.min(stage.clientWidth, stage.clientHeight);
       turn(-dx * perPixel, dy * perPixel);
     },
     release() {},
-    takeBack() {},
-    pinch(dx, dy, factor) { move(dx, dy); zoom(factor); },
+    cancel() {},
+    pinch(dx, dy, factor, x, y) { move(dx, dy); zoom(factor, x, y); },
     zoom,
   });
   canvas.addEventListener("keydown", (event) => {
@@ -90,10 +109,12 @@
   by("home").onclick = goHome;
   by("in").onclick = () => zoom(1.5);
   by("out").onclick = () => zoom(1 / 1.5);
-  for (const name of ["azimuth", "elevation"])
+  for (const name of ["azimuth", "elevation"]) {
     by(name).oninput = (event) => {
-      if (event.target.value !== "") setView(orbit.turned({ ...state.view, [name]: +event.target.value }, 0, 0));
+      if (event.target.value !== "") setView(orbit.turned({ ...state.view, [name]: +event.target.value }, 0, 0), name);
     };
+    by(name).onchange = () => setView(state.view); // shows what came of it, such as 89 for 100
+  }
   for (const button of document.querySelectorAll("[data-turn]")) button.onclick = () => turn(+button.dataset.turn, 0);
 
   by("brightness").oninput = (event) => { state.brighter = +event.target.value; by("stops").textContent = event.target.value; redraw(); };
@@ -112,11 +133,10 @@
   };
 
   by("about").textContent = `${drawing.count} triangles, ${page.counts.length} terms of light field maps. White stands for a radiance of `
-    + `${(2 ** -page.stops).toPrecision(3)}. The light is that of the photographs, and turns with the object. Made with Surflect.`;
+    + `${(2 ** -page.stops).toPrecision(3)}. The light is fixed, and turns with the object. Made with Surflect.`;
 
   // ---- The terms, one after another: each sharpens the picture.
 
-  let loading = page.counts.length > 0;
   surflect.term = (number, read) => {
     if (number === drawing.terms) drawing.addTerm(read);
   };
@@ -141,5 +161,5 @@
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   setView({ ...home });
   load(0);
-  surflect.app = { state, drawing, draw, setView, canvas, get busy() { return loading; } };
+  surflect.app = { state, drawing, draw, setView, canvas, get busy() { return loading; }, get coarse() { return coarse; } };
 })();

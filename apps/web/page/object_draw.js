@@ -10,7 +10,7 @@
 "use strict";
 (() => {
   const { maps, picture } = surflect;
-  const none = [0, 0, 0, 0];
+  const none = [0, 0, 0, 0], mostSamples = 2 ** 24; // of a picture: 200 MB
 
   const vertexShader = `#version 300 es
     layout(location = 0) in vec3 position;
@@ -154,11 +154,12 @@
     precision highp float;
     uniform sampler2D roots;
     uniform float perPixel; // samples along each side
+    uniform ivec2 size; // of the part of the texture that is drawn
     uniform vec3 background; // linear
     out vec4 color;
     ${picture.srgb}
     void main() {
-      ivec2 first = ivec2(floor(gl_FragCoord.xy) * perPixel), most = textureSize(roots, 0) - 1;
+      ivec2 first = ivec2(floor(gl_FragCoord.xy) * perPixel), most = size - 1;
       int side = max(1, int(perPixel));
       vec4 sum = vec4(0);
       for (int y = 0; y < side; ++y)
@@ -178,9 +179,10 @@
       const Index = page.triangleBytes === 2 ? Uint16Array : Uint32Array;
       this.triangles = maps.numbersOf(page.triangles, Index);
       this.count = this.triangles.length / 3;
-      const positions = maps.numbersOf(page.positions, Float32Array), vertices = positions.length / 3;
-      this.edges = maps.directedEdges(this.triangles, vertices);
-      this.mesh = this.meshOf(positions, maps.numbersOf(page.frames, Float32Array));
+      // From the middle of the object, subtracted in double: far from the origin, floats of the GPU would lose pixels.
+      this.positions = maps.numbersOf(page.positions, Float32Array).map((x, i) => x - page.camera.center[i % 3]);
+      this.edges = maps.directedEdges(this.triangles, this.positions.length / 3);
+      this.mesh = this.meshOf(maps.numbersOf(page.frames, Float32Array));
 
       const n = page.samples, coded = (kind) => page.coding[kind] !== "bytes", most = (kind) => Math.max(1, ...page.counts.map((of) => of[kind]));
       this.surface = this.texturesOf({ isPatch: true, size: n, channels: page.packed ? 3 : 1, isCoded: coded("surface") }, most("surface"), page.counts.length, page.isSigned);
@@ -191,7 +193,7 @@
       this.placesOfTerm = page.packed ? 4 : 6;
       this.places = new Float32Array(4 * maps.side * Math.ceil(this.count * (1 + page.counts.length * this.placesOfTerm) / maps.side));
       const rows = maps.rowsOf(n, 3 * this.count), rowsOfTerm = rows.perLine * rows.height * rows.layers;
-      const hasEdges = page.edges; // of maps that agree on edges, there are none
+      const hasEdges = page.edges; // false where maps agree on all edges
       this.surfaceRows = { ...rows, texture: this.arrayTexture(gl.RG8_SNORM, hasEdges.surface ? rows : { width: 1, height: 1, layers: 1 }, hasEdges.surface ? page.counts.length : 1, gl.LINEAR) };
       this.meanRows = { ...rows, texture: this.arrayTexture(gl.RGBA8_SNORM, hasEdges.mean ? rows : { width: 1, height: 1, layers: 1 }, 1, gl.LINEAR) };
       this.placesTexture = gl.createTexture();
@@ -207,10 +209,11 @@
       if (page.mean) this.addMean(maps.tableOf(page.mean));
       this.uploadPlaces();
       this.targets = null;
+      this.checkMemory();
     }
 
-    meshOf(positions, frames) {
-      const { gl, triangles } = this, corners = triangles.length, values = new Float32Array(7 * 3 * corners);
+    meshOf(frames) {
+      const { gl, triangles, positions } = this, corners = triangles.length, values = new Float32Array(7 * 3 * corners);
       const put = (to, from, at) => { for (let c = 0; c < 3; ++c) values[to + c] = from[at + c]; };
       for (let i = 0; i < corners; ++i) {
         put(21 * i, positions, 3 * triangles[i]);
@@ -323,6 +326,7 @@
       }
       ++this.terms;
       this.uploadPlaces();
+      this.checkMemory();
     }
 
     uploadPlaces() {
@@ -330,6 +334,20 @@
       gl.bindTexture(gl.TEXTURE_2D, this.placesTexture);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, maps.side, places.length / 4 / maps.side, 0, gl.RGBA, gl.FLOAT, places);
       for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    }
+
+    // Tells visitors where memory does not suffice, which would else show as black.
+    checkMemory(isComplete = true) {
+      const { gl } = this;
+      if (gl.getError() === gl.OUT_OF_MEMORY || (!isComplete && !gl.isContextLost()))
+        surflect.fail("The graphics memory of this device does not hold the object.");
+    }
+
+    // Most samples along each side of a pixel of a canvas, 2 or 1 or a part of 1, within mostSamples and the largest texture.
+    finestOf(width, height) {
+      const side = this.gl.getParameter(this.gl.MAX_TEXTURE_SIZE) / Math.max(width, height);
+      const finest = Math.min(2, side, Math.sqrt(mostSamples / (width * height)));
+      return finest >= 1 ? Math.floor(finest) : finest;
     }
 
     targetsOf(width, height) {
@@ -349,14 +367,16 @@
       gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, roots, 0);
       gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+      this.checkMemory(gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE);
       return (this.targets = { width, height, roots, depth, framebuffer });
     }
 
-    // state: clipFromObject (16 numbers), eye, stops, background (linear). perPixel: samples along each side of a pixel.
-    draw(state, width, height, perPixel) {
-      const { gl } = this, most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-      if (Math.max(width, height) * perPixel > most) perPixel = 1;
-      const size = [width, height].map((pixels) => Math.max(1, Math.ceil(pixels * perPixel))), targets = this.targetsOf(...size);
+    // state: clipFromObject (16 numbers) and eye, both from the middle of the object; stops, background (linear). samples:
+    // along each side of a pixel, at most those of finestOf(). Coarser pictures take a part of the targets.
+    draw(state, width, height, samples) {
+      const { gl } = this, finest = this.finestOf(width, height), perPixel = Math.min(samples, finest);
+      const sizeOf = (each) => [width, height].map((pixels) => Math.max(1, Math.floor(pixels * each)));
+      const size = sizeOf(perPixel), targets = this.targetsOf(...sizeOf(finest));
       gl.bindFramebuffer(gl.FRAMEBUFFER, targets.framebuffer);
       gl.viewport(0, 0, ...size);
       gl.clearColor(0, 0, 0, 0);
@@ -384,6 +404,7 @@
       gl.bindTexture(gl.TEXTURE_2D, targets.roots);
       gl.uniform1i(this.resolve.at.roots, 0);
       gl.uniform1f(this.resolve.at.perPixel, perPixel);
+      gl.uniform2i(this.resolve.at.size, ...size);
       gl.uniform3fv(this.resolve.at.background, state.background);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     }

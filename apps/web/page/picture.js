@@ -1,4 +1,4 @@
-// What pages with a picture share: WebGL, one drawing a frame, hands of mouse and finger, buttons of a choice.
+// What pages with a picture share: WebGL, one drawing a frame, mouse and fingers, buttons of a choice.
 "use strict";
 (() => {
   const clamp = (x, least, most) => Math.min(most, Math.max(least, x));
@@ -49,9 +49,9 @@
     };
   }
 
-  // Pointers on the picture. One: press(event), drag(event, dx, dy), release(event). A second one calls takeBack() instead
+  // Pointers on the picture. One: press(event), drag(event, dx, dy), release(event). A second one calls cancel() instead
   // of release(), and both together pinch(dx, dy, factor, x, y); the wheel calls zoom(factor, x, y). Pixels of the page.
-  function takeHands(canvas, hands) {
+  function trackPointers(canvas, on) {
     const held = new Map();
     let drags = false;
     const pinch = () => {
@@ -63,12 +63,12 @@
       canvas.setPointerCapture(event.pointerId);
       held.set(event.pointerId, { x: event.clientX, y: event.clientY });
       if (held.size > 1) {
-        if (drags) hands.takeBack();
+        if (drags) on.cancel();
         drags = false;
         return;
       }
       drags = true;
-      hands.press(event);
+      on.press(event);
     });
     canvas.addEventListener("pointermove", (event) => {
       const last = held.get(event.pointerId);
@@ -77,18 +77,18 @@
       held.set(event.pointerId, { x: event.clientX, y: event.clientY });
       if (before) {
         const now = pinch();
-        hands.pinch(now.x - before.x, now.y - before.y, before.apart > 0 ? now.apart / before.apart : 1, now.x, now.y);
-      } else if (drags) hands.drag(event, event.clientX - last.x, event.clientY - last.y);
+        on.pinch(now.x - before.x, now.y - before.y, before.apart > 0 ? now.apart / before.apart : 1, now.x, now.y);
+      } else if (drags) on.drag(event, event.clientX - last.x, event.clientY - last.y);
     });
     const release = (event) => {
-      if (held.delete(event.pointerId) && drags) hands.release(event);
+      if (held.delete(event.pointerId) && drags) on.release(event);
       drags = drags && held.size > 0;
     };
     canvas.addEventListener("pointerup", release);
     canvas.addEventListener("pointercancel", release);
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
-      hands.zoom(Math.exp(-clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300) / 400), event.clientX, event.clientY);
+      on.zoom(Math.exp(-clamp(event.deltaY * (event.deltaMode ? 30 : 1), -300, 300) / 400), event.clientX, event.clientY);
     }, { passive: false });
   }
 
@@ -98,5 +98,5 @@
       button.setAttribute("aria-pressed", String(button.dataset[choice] === value));
   }
 
-  surflect.picture = { clamp, contextOf, programOf, srgb, fill, onceAFrame, takeHands, press };
+  surflect.picture = { clamp, contextOf, programOf, srgb, fill, onceAFrame, trackPointers, press };
 })();

@@ -1,4 +1,4 @@
-// The page of one view: its state, hands of mouse, finger and keys, and when what is drawn.
+// The page of one view: its state, input by mouse, finger and keys, and when what is drawn.
 "use strict";
 (() => {
   const { page, Tiles, Drawing, Notes, decode, overlay, picture } = surflect;
@@ -174,7 +174,7 @@
   }
 
   // Takes back what the first finger of two has done.
-  function takeBack() {
+  function cancel() {
     state.box = null;
     if (state.tool === "lamp") setLamp(begun.lamp.x, begun.lamp.y);
     if (state.tool === "measure") { state.line = begun.line; tellLength(); }
@@ -182,7 +182,7 @@
     redraw();
   }
 
-  picture.takeHands(canvas, {
+  picture.trackPointers(canvas, {
     press(event) {
       const at = toPicture(event.clientX, event.clientY);
       begun = { at, lamp: { x: state.x, y: state.y }, line: state.line };
@@ -205,7 +205,7 @@
       begun = state.box = null;
       redraw();
     },
-    takeBack,
+    cancel,
     pinch(dx, dy, factor, x, y) { pan(dx, dy); zoomAt(factor, x, y); },
     zoom: zoomAt,
   });

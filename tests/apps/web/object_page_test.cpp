@@ -11,8 +11,8 @@
 namespace surflect::web {
 namespace {
 
-// What is wrong with maps of so many triangles and terms, of so many channels and bytes of means, and of so
-// many cells along a side of higher view maps, where the first term has 32; empty if a page holds them.
+// The error of requireHeldByPage() for maps of these sizes, whose first term has view maps of 32 cells along
+// a side; empty if a page holds them.
 std::string problemOf(size_t triangles, size_t terms, size_t channels, size_t meanBytes,
                       int higherViewSize = 32) {
   lfm::LightFieldMaps maps;
@@ -33,11 +33,24 @@ std::string problemOf(size_t triangles, size_t terms, size_t channels, size_t me
 TEST(ObjectPage, RefusesMapsThatBrowsersDoNotHoldByTheirField) {
   constexpr size_t kPlaces = size_t{2048} * 2048;
   EXPECT_EQ(problemOf(kPlaces / 5, 1, 3, 0), "");
-  EXPECT_NE(problemOf(kPlaces / 5 + 1, 1, 3, 0).find("maps: 838861 triangles of 1 terms"), std::string::npos);
+  EXPECT_NE(problemOf(kPlaces / 5 + 1, 1, 3, 0).find("maps: 838861 triangles of 1 term are"),
+            std::string::npos);
   EXPECT_NE(problemOf(0, 1, 3, 0).find("maps.triangles: found none"), std::string::npos);
   EXPECT_NE(problemOf(1, 1, 4, 0).find("maps.channels: found 4"), std::string::npos);
   EXPECT_NE(problemOf(1, 2, 3, 0, 16).find("maps.cells of higher view maps: found 16"), std::string::npos);
-  EXPECT_NE(problemOf(1, 0, 3, (size_t{256} << 20) + 1).find("maps: 268 MB are more"), std::string::npos);
+  EXPECT_NE(problemOf(1, 0, 3, (size_t{256} << 20) + 1).find("maps: 268.435 MB are more"), std::string::npos);
+}
+
+TEST(ObjectPage, RefusesMapsThatFillMoreThanTheLayersOfATexture) {
+  lfm::LightFieldMaps maps;
+  maps.samples = 6; // two maps in 7 x 6 texels
+  maps.mesh.triangles.resize(1);
+  maps.channels = 3;
+  constexpr size_t kHeld = size_t{2} * 256 * (2048 / 7) * (2048 / 6);
+  maps.mean.maps.count = kHeld;
+  EXPECT_NO_THROW(requireHeldByPage(maps));
+  ++maps.mean.maps.count;
+  EXPECT_THROW(requireHeldByPage(maps), Error);
 }
 
 TEST(PageMark, KeepsWhatIsNotGivenForTheSameObjectAlone) {

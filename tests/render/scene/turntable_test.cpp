@@ -77,6 +77,17 @@ TEST(Turntable, ItsTextIsAShot) {
   EXPECT_TRUE(script.warps.empty());
 }
 
+TEST(Turntable, AzimuthsOfCamerasAreThoseOfTheOrbitWhereverUpIs) {
+  for (const Vec3<double>& up : {Vec3<double>(0, -1, 0), Vec3<double>(0, 0, 1), Vec3<double>(0.6, -0.8, 0)}) {
+    const Vec3<double> across = up.cross(Vec3<double>(0.1, 0.2, 1)).normalized();
+    capture::Capture rig;
+    rig.views.push_back(viewFrom(across, up));
+    const TurntableOrbit orbit = turntableOrbit({"vase.srf", rig, kPoints});
+    const double azimuth = 0.5 * (orbit.firstAzimuthDeg + orbit.lastAzimuthDeg);
+    EXPECT_LT((towardsOrbit(up, Angle::fromDegrees(azimuth), Angle::fromDegrees(0)) - across).norm(), 1e-9);
+  }
+}
+
 TEST(Turntable, NamesWithQuotesAreQuoted) {
   const capture::Capture rig = yUpRig(around(8));
   EXPECT_EQ(scriptOf({"a \"b\" \\c.srf", rig, kPoints}).model, "/shots/a \"b\" \\c.srf");
