@@ -220,6 +220,13 @@ TEST(ViewBlocks, OneBrightTexelDoesNotSetWhite) {
     EXPECT_LE(stored.white, 4 * 0.9f);
     EXPECT_EQ(stored.visible, 256u);
     EXPECT_EQ(stored.cutOff, 1u);
+    const PackedViews blocks = withBlocks(packed);
+    for (int y = 4; y < 16; ++y) // apart from the texel's block
+      for (int x = 4; x < 16; ++x) {
+        const capture::Pixel pixel{x + 0.5, y + 0.5};
+        const Eigen::Vector4d wanted = texelAt(packed, 0, pixel), found = texelAt(blocks, 0, pixel);
+        for (Eigen::Index c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 0.06);
+      }
   }
 }
 
