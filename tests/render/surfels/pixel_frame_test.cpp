@@ -25,7 +25,7 @@ namespace {
 using studio::largestDifference;
 using studio::noWarp;
 
-constexpr int kWidth = 96, kHeight = 64; // of photographs: a plane of 9.6 x 6.4 at z = 0
+constexpr int kColumns = 96, kRows = 64; // of photographs: a plane of 9.6 x 6.4 at z = 0
 
 using AlphaAt = std::function<float(int x, int y)>;
 
@@ -37,17 +37,17 @@ capture::Capture photographPlane(const std::filesystem::path& folder, const Alph
   capture.colorSpace = capture::ColorSpace::linear;
   capture::View view{"C", {}};
   view.camera.lens = {.model = capture::Lens::Model::orthographic,
-                      .width = kWidth,
-                      .height = kHeight,
+                      .width = kColumns,
+                      .height = kRows,
                       .focalX = 10,
                       .focalY = 10,
-                      .centerX = kWidth / 2.0,
-                      .centerY = kHeight / 2.0};
+                      .centerX = kColumns / 2.0,
+                      .centerY = kRows / 2.0};
   view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -9)};
   capture.views.push_back(view);
-  image::Image alpha(kWidth, kHeight, 1);
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) alpha.at(x, y)[0] = alphaAt ? alphaAt(x, y) : 1;
+  image::Image alpha(kColumns, kRows, 1);
+  for (int y = 0; y < kRows; ++y)
+    for (int x = 0; x < kColumns; ++x) alpha.at(x, y)[0] = alphaAt ? alphaAt(x, y) : 1;
   std::vector<image::Image> pictures;
   for (int l = 0; l < 9; ++l) {
     const double tilt = 0.08 * (l + 1), turn = 2.4 * l;
@@ -56,9 +56,9 @@ capture::Capture photographPlane(const std::filesystem::path& folder, const Alph
     capture.lights.push_back(
         {studio::numbered("L", static_cast<size_t>(l)), studio::numbered("L", static_cast<size_t>(l)),
          capture::DirectionalLight{assume<Direction3<AcquisitionSpace, double>>(towards), {3, 3, 3}, {}}});
-    image::Image& picture = pictures.emplace_back(kWidth, kHeight, 3);
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x) {
+    image::Image& picture = pictures.emplace_back(kColumns, kRows, 3);
+    for (int y = 0; y < kRows; ++y)
+      for (int x = 0; x < kColumns; ++x) {
         const double albedo = 0.5 + 0.25 * std::sin(0.4 * x) * std::cos(0.3 * y);
         for (size_t c = 0; c < 3; ++c)
           picture.at(x, y)[c] = static_cast<float>(albedo * towards.z() * (1 - 0.2 * static_cast<double>(c)));
@@ -94,12 +94,12 @@ struct PackedPlane {
 capture::Camera<ObjectSpace> ownCamera() {
   capture::Camera<ObjectSpace> camera;
   camera.lens = {.model = capture::Lens::Model::orthographic,
-                 .width = kWidth,
-                 .height = kHeight,
+                 .width = kColumns,
+                 .height = kRows,
                  .focalX = 10,
                  .focalY = 10,
-                 .centerX = kWidth / 2.0,
-                 .centerY = kHeight / 2.0};
+                 .centerX = kColumns / 2.0,
+                 .centerY = kRows / 2.0};
   camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -9)};
   return camera;
 }
@@ -123,7 +123,7 @@ double meanAlpha(const image::Image& picture) {
 }
 
 // The left half is object.
-float leftHalf(int x, int) { return x < kWidth / 2 ? 1.f : 0.f; }
+float leftHalf(int x, int) { return x < kColumns / 2 ? 1.f : 0.f; }
 
 class PixelFrame : public ::testing::Test {
 protected:
@@ -204,18 +204,18 @@ TEST_F(PixelFrame, CornersBesideTheObjectAreNoPartOfIt) {
                               {scene::ShotDirectionalLight{{0, 0, 1}, {3, 3, 3}}},
                               scene::ShotGround{{0, 0, -1}, {0, 0, 1}}};
   const image::Image shadow = renderFrame(model, onGround, {}, workspace).shadow;
-  for (int y = 0; y < kHeight; ++y) EXPECT_LT(shadow.at(kWidth / 2 + 16, y)[0], 0.01f) << y;
+  for (int y = 0; y < kRows; ++y) EXPECT_LT(shadow.at(kColumns / 2 + 16, y)[0], 0.01f) << y;
 }
 
 TEST_F(PixelFrame, EachLayerOfAFoldedSheetShowsThroughTransparentEdges) {
   // Alpha falls to 0 over the last 16 columns of the right half, which is folded over the left one.
-  const PackedPlane soft([](int x, int) { return std::min(1.f, static_cast<float>(kWidth - x) / 16.f); });
+  const PackedPlane soft([](int x, int) { return std::min(1.f, static_cast<float>(kColumns - x) / 16.f); });
   const auto fold = warp::expressionWarp(warp::Expression("x > 0 ? -x : x", warp::warpVariables),
                                          warp::Expression("y", warp::warpVariables),
                                          warp::Expression("x > 0 ? 0.5 : 0", warp::warpVariables), {});
   const image::Image film = studio::filmOf(soft.model, *fold, ownCamera(), kLamp).color;
-  for (int y = 4; y < kHeight - 4; ++y)
-    for (int x = 4; x < kWidth / 2 - 10; ++x) EXPECT_GT(film.at(x, y)[3], 0.99f) << x << ' ' << y;
+  for (int y = 4; y < kRows - 4; ++y)
+    for (int x = 4; x < kColumns / 2 - 10; ++x) EXPECT_GT(film.at(x, y)[3], 0.99f) << x << ' ' << y;
 }
 
 TEST_F(PixelFrame, ASquareAcrossTheCameraIsCutThere) {
@@ -225,7 +225,7 @@ TEST_F(PixelFrame, ASquareAcrossTheCameraIsCutThere) {
   camera.cameraFromWorld = {camera.cameraFromWorld.rotation(),
                             -(camera.cameraFromWorld.rotation() * Vec3<double>(0, -1, 0.2))};
   const image::Image film = studio::filmOf(plane->model, *noWarp(), camera, kLamp).color;
-  for (int x = 4; x < kWidth - 4; ++x) EXPECT_GT(film.at(x, kHeight - 1)[3], 0.99f) << x;
+  for (int x = 4; x < kColumns - 4; ++x) EXPECT_GT(film.at(x, kRows - 1)[3], 0.99f) << x;
   for (const double distance : {1e-3, 1e-9, 1e-30, 1e-300}) {
     const image::Image close = studio::filmOf(plane->model, *noWarp(), pinhole(distance, 0.5), kLamp).color;
     EXPECT_TRUE(std::ranges::all_of(close.values, [](float value) { return std::isfinite(value); }))

@@ -88,6 +88,7 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
       batch.lights = 1;
       const auto directions = studio::spiral(100);
       for (uint32_t i = 0; i < model.cloud.size(); ++i) {
+        if (model.visibility.of(i)[0] == 0) continue; // a corner beside the object
         const auto direction = directions[i % directions.size()];
         batch.surfels.push_back(i);
         batch.towardsView.push_back(assume<Direction3<AcquisitionSpace>>(direction));
@@ -95,6 +96,7 @@ TEST_F(OneView, TheOnlyCameraAnswersInAllDirections) {
         batch.irradiance.push_back({1, 1, 1});
       }
       const shading::ShadingPlan plan = shading::planShading(model, batch, {});
+      ASSERT_GT(batch.size(), model.cloud.size() / 3);
       ASSERT_EQ(plan.ops.size(), batch.size());
       for (const shading::ShadingOp& op : plan.ops) EXPECT_EQ(op.weight, 1);
     }
