@@ -61,7 +61,7 @@ QUICK = {"surfels": ["--surfels", "800", "--tables", "off"], "slf": ["--regions"
          "lumigraph": ["--st", "5", "--texels", "100000"], "lfm": ["--view-size", "12"],
          "spherical": ["--levels", "2", "--size", "32"], "vdtm": ["--triangles", "500"], "ulr": ["--triangles", "500"],
          "olfm": ["--triangles", "500"]}
-COSTLY = {"--surfels": "1000", "--texels": "100000", "--triangles": "500"}  # whose values are replaced
+COSTLY = {"--surfels": "1000", "--texels": "100000", "--triangles": "500", "--higher-view-size": "8"}  # whose values are replaced
 
 METHODS = {".srf": "surfels", ".slf": "slf", ".lum": "lumigraph", ".lfm": "lfm", ".sph": "spherical", ".vdtm": "vdtm",
            ".olfm": "olfm"}

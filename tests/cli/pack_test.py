@@ -84,7 +84,7 @@ class Pack(TestInFolder):
 
     def test_an_interrupted_run_goes_on_to_the_same_bytes(self):
         for signal_number in (signal.SIGINT, signal.SIGKILL):
-            for moment, least_resumed in (("views", 0), ("views/0000.srfb", 1), ("views/0002.srfb", 3)):
+            for moment, least_resumed in (("views", 0), ("views/0000.error", 1), ("views/0002.error", 3)):
                 with self.subTest(signal=signal_number, moment=moment):
                     name = f"{signal_number}-{least_resumed}.srf"
                     status, said = self.interrupt(name, moment, signal_number)

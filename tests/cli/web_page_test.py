@@ -98,6 +98,7 @@ class Page(TestOfPage):
         self.press("[data-rake='180']")
         self.assertEqual(self.by("azimuth").get_attribute("value"), "180")
         self.assertEqual(self.by("elevation").get_attribute("value"), "15")
+        self.page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")  # drawn
         self.assertIn("No lamp was captured there", self.by("beyond").text)
 
     def test_a_captured_light_shows_its_photograph(self):
