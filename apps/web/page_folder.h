@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 inline constexpr const char* kMarkFile = "surflect-page.json";
 inline constexpr double kLeastScale = 1e-6, kGreatestScale = 1e6;
 
-// What a page keeps for the next export of its object: title, credit, and scale for lengths.
+// Entries of a page that the next export of its object takes over: title, credit, and scale for lengths.
 struct PageMark {
   std::string object; // hash of what was captured: of photographs, or of a model's cameras
   std::string title;

@@ -311,7 +311,7 @@ FrameLayers renderSplats(const weights::ReflectanceField& field, const LitScene&
   const size_t targetsPerLight = weights::usesTables(field, options.shade) ? 2 : 1;
   const bool keepsAnswers = workspace.keepsStages && mayBlend && !shading.showsBlends && every.size() > 1 &&
                             visible.size() * every.size() * targetsPerLight <= kMostKeptAnswers;
-  // What was kept for the other way to weight photographs makes room.
+  // Stages kept for the other way to weight photographs make room.
   if (keepsAnswers)
     kept.lookUps = {}, kept.plans = {};
   else

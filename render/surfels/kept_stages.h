@@ -57,7 +57,7 @@ bool isSameLight(const scene::ShotLight& a, const scene::ShotLight& b);
 // Radiance of visible surfels, by lights that have targets of their own (plan.h).
 class KeptAnswers {
 public:
-  // What must be asked for a frame: some lights at all corners, the others at some groups of corners. All
+  // Queries that a frame has to ask: some lights at all corners, the others at some groups of corners. All
   // lights, unless the kept answers have this key. At least one light, as its answers hold the confidence.
   struct Missing {
     std::vector<uint32_t> lights, others;

@@ -39,7 +39,7 @@ private:
     uint32_t view : 31 = 0, isKnown : 1 = 0;
     Rgb radiance;
   };
-  // What the light row of a query is made of, as bits.
+  // Lights of a query, which its light row is made of, as bits.
   bool takeRow(uint32_t place, const weights::QueryBatch& batch, size_t query);
 
   std::optional<weights::ShadeOptions> options_; // none: nothing is kept

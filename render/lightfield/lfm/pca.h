@@ -39,7 +39,7 @@ public:
   // Sum of w over rows.
   const std::vector<double>& cellWeights() const { return cellWeights_; } // [cells]
 
-  // What factors leave, times its weights: w (a - mean - U V') [rows][planes x stride].
+  // Residual of the factors, times its weights: w (a - mean - U V') [rows][planes x stride].
   PaddedRows<float> weightedRest(const PlainFactors& factors) const;
 
   // sum over cells and planes of w a v: [rows][terms]; sum over rows of w a u: [planes x stride][terms].

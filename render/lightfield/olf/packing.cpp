@@ -47,7 +47,7 @@ Eigen::Vector4f straight(const Texel& texel) {
 // Views that are read at once, so that they and what is made of them take about a gigabyte; at least one.
 size_t picturesAtOnce(const lightfield::Views& views, std::span<const size_t> training, bool s3tc) {
   constexpr size_t kMost = 8, kBytes = size_t{1} << 30;
-  // Of a pixel: the picture as floats, twice; half floats, roots, and the levels that fill them.
+  // Bytes of a pixel: the picture as floats, twice; half floats, roots, and the levels that fill them.
   const size_t ofPixel = 32 + (s3tc ? 50 : 8);
   size_t pixels = 1;
   for (const size_t view : training) {

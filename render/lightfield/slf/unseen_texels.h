@@ -35,7 +35,7 @@ struct BorderPoints {
 // most 2^15 of an edge).
 BorderPoints borderPoints(const TriangleMesh& mesh, std::span<const Chart> charts, double spacing);
 
-// What photographs showed of a region.
+// Radiance of a region as photographs showed it.
 struct SeenRegion {
   std::vector<uint8_t> isUsed; // by direction of the region: whether it has a texture
   std::vector<bool> isSeen;    // #texels: whether a photograph sees it

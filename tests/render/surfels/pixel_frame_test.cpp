@@ -27,6 +27,19 @@ using studio::noWarp;
 
 constexpr int kColumns = 96, kRows = 64; // of photographs: a plane of 9.6 x 6.4 at z = 0
 
+template <class World> capture::Camera<World> ownCamera() {
+  capture::Camera<World> camera;
+  camera.lens = {.model = capture::Lens::Model::orthographic,
+                 .width = kColumns,
+                 .height = kRows,
+                 .focalX = 10,
+                 .focalY = 10,
+                 .centerX = kColumns / 2.0,
+                 .centerY = kRows / 2.0};
+  camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -9)};
+  return camera;
+}
+
 using AlphaAt = std::function<float(int x, int y)>;
 
 // A textured Lambert plane that faces the only camera, which is orthographic, under 9 lights.
@@ -36,14 +49,7 @@ capture::Capture photographPlane(const std::filesystem::path& folder, const Alph
   capture.file = folder / "transforms.json";
   capture.colorSpace = capture::ColorSpace::linear;
   capture::View view{"C", {}};
-  view.camera.lens = {.model = capture::Lens::Model::orthographic,
-                      .width = kColumns,
-                      .height = kRows,
-                      .focalX = 10,
-                      .focalY = 10,
-                      .centerX = kColumns / 2.0,
-                      .centerY = kRows / 2.0};
-  view.camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -9)};
+  view.camera = ownCamera<AcquisitionSpace>();
   capture.views.push_back(view);
   image::Image alpha(kColumns, kRows, 1);
   for (int y = 0; y < kRows; ++y)
@@ -91,22 +97,9 @@ struct PackedPlane {
   model::Model model;
 };
 
-capture::Camera<ObjectSpace> ownCamera() {
-  capture::Camera<ObjectSpace> camera;
-  camera.lens = {.model = capture::Lens::Model::orthographic,
-                 .width = kColumns,
-                 .height = kRows,
-                 .focalX = 10,
-                 .focalY = 10,
-                 .centerX = kColumns / 2.0,
-                 .centerY = kRows / 2.0};
-  camera.cameraFromWorld = {Mat3<double>::Identity(), Vec3<double>(0, 0, -9)};
-  return camera;
-}
-
 // A pinhole camera before the plane, tilted about x.
 capture::Camera<ObjectSpace> pinhole(double distance, double tilt, double focal = 80) {
-  capture::Camera<ObjectSpace> camera = ownCamera();
+  capture::Camera<ObjectSpace> camera = ownCamera<ObjectSpace>();
   camera.lens.model = capture::Lens::Model::pinhole;
   camera.lens.focalX = camera.lens.focalY = focal;
   camera.cameraFromWorld = {Eigen::AngleAxisd(tilt, Vec3<double>::UnitX()).toRotationMatrix(),
@@ -152,7 +145,7 @@ TEST_F(PixelFrame, OneRigidMotionOfEverythingLeavesThePictureUnchanged) {
 TEST_F(PixelFrame, APlaneLooksTheSameWithEveryStepOfItsGrid) {
   ASSERT_EQ(plane->model.grid->step, 8);
   // Halvings of tilted squares are chosen for each triangle: 0.0025 is measured.
-  for (const auto& camera : {ownCamera(), pinhole(9, 0.4)}) {
+  for (const auto& camera : {ownCamera<ObjectSpace>(), pinhole(9, 0.4)}) {
     const image::Image coarse = studio::filmOf(plane->model, *noWarp(), camera, kLamp).color;
     for (const auto& [surfels, step] : {std::pair<size_t, int>{10000, 1}, {500, 4}}) {
       const PackedPlane other({}, surfels);
@@ -200,7 +193,7 @@ TEST_F(PixelFrame, CornersBesideTheObjectAreNoPartOfIt) {
   FrameWorkspace workspace(model, size_t{1} << 26);
   const auto still = noWarp();
   const scene::Scene onGround{*still,
-                              ownCamera(),
+                              ownCamera<ObjectSpace>(),
                               {scene::ShotDirectionalLight{{0, 0, 1}, {3, 3, 3}}},
                               scene::ShotGround{{0, 0, -1}, {0, 0, 1}}};
   const image::Image shadow = renderFrame(model, onGround, {}, workspace).shadow;
@@ -213,7 +206,7 @@ TEST_F(PixelFrame, EachLayerOfAFoldedSheetShowsThroughTransparentEdges) {
   const auto fold = warp::expressionWarp(warp::Expression("x > 0 ? -x : x", warp::warpVariables),
                                          warp::Expression("y", warp::warpVariables),
                                          warp::Expression("x > 0 ? 0.5 : 0", warp::warpVariables), {});
-  const image::Image film = studio::filmOf(soft.model, *fold, ownCamera(), kLamp).color;
+  const image::Image film = studio::filmOf(soft.model, *fold, ownCamera<ObjectSpace>(), kLamp).color;
   for (int y = 4; y < kRows - 4; ++y)
     for (int x = 4; x < kColumns / 2 - 10; ++x) EXPECT_GT(film.at(x, y)[3], 0.99f) << x << ' ' << y;
 }
@@ -235,7 +228,7 @@ TEST_F(PixelFrame, ASquareAcrossTheCameraIsCutThere) {
 
 TEST_F(PixelFrame, MinifiedObjectsAreOpaqueUpToTheBorderOfTheFrame) {
   // The frame shows the middle of the plane, one pixel for 16.
-  capture::Camera<ObjectSpace> camera = ownCamera();
+  capture::Camera<ObjectSpace> camera = ownCamera<ObjectSpace>();
   camera.lens.focalX = camera.lens.focalY = 10.0 / 16;
   camera.lens.width = camera.lens.height = 2;
   camera.lens.centerX = camera.lens.centerY = 1;
@@ -245,11 +238,11 @@ TEST_F(PixelFrame, MinifiedObjectsAreOpaqueUpToTheBorderOfTheFrame) {
 }
 
 TEST_F(PixelFrame, NoDarkFringeSurroundsASquareWithoutPlace) {
-  const image::Image whole = studio::filmOf(plane->model, *noWarp(), ownCamera(), kLamp).color;
+  const image::Image whole = studio::filmOf(plane->model, *noWarp(), ownCamera<ObjectSpace>(), kLamp).color;
   const auto hole = warp::expressionWarp(warp::Expression("abs(x) < 0.5 ? sqrt(-1) : x", warp::warpVariables),
                                          warp::Expression("y", warp::warpVariables),
                                          warp::Expression("z", warp::warpVariables), {});
-  const image::Image film = studio::filmOf(plane->model, *hole, ownCamera(), kLamp).color;
+  const image::Image film = studio::filmOf(plane->model, *hole, ownCamera<ObjectSpace>(), kLamp).color;
   EXPECT_LT(meanAlpha(film), 0.95);
   double darkest = 0;
   for (size_t i = 0; i < film.values.size(); i += 4)
@@ -261,7 +254,8 @@ TEST_F(PixelFrame, NoDarkFringeSurroundsASquareWithoutPlace) {
 TEST_F(PixelFrame, VerifyChecksThePixelsThatAreDrawn) {
   FrameWorkspace workspace(plane->model, size_t{1} << 26);
   const auto still = noWarp();
-  const auto findings = verify::frameChecks(plane->model, {*still, ownCamera(), kLamp}, {}, workspace, {});
+  const auto findings =
+      verify::frameChecks(plane->model, {*still, ownCamera<ObjectSpace>(), kLamp}, {}, workspace, {});
   for (const verify::Check& check : findings.checks) {
     EXPECT_NE(check.verdict, verify::Verdict::broken) << check.rule->name << ": " << check.finding;
     if (check.rule->name == "frame_weights") EXPECT_EQ(check.verdict, verify::Verdict::kept);

@@ -243,6 +243,18 @@ TEST_F(ShadeFittedTables, GiveBackThePhotographOfACapturedRay) {
   }
 }
 
+// Largest change of radiance from one step to the next, of each path; paths follow each other, of steps + 1
+// places.
+std::vector<double> largestSteps(std::span<const Rgb> radiance, size_t paths, size_t steps) {
+  std::vector<double> largest(paths, 0);
+  for (size_t path = 0; path < paths; ++path)
+    for (size_t step = 0; step < steps; ++step) {
+      const size_t i = path * (steps + 1) + step;
+      largest[path] = std::max(largest[path], std::abs(double{radiance[i + 1].g} - radiance[i].g));
+    }
+  return largest;
+}
+
 // The largest step along each of 1,000 paths of viewer, light and shadow state falls below 0.6 of itself when
 // there are four times as many steps, but for rounding.
 TEST_F(ShadeFittedTables, AnswerContinuously) {
@@ -252,7 +264,7 @@ TEST_F(ShadeFittedTables, AnswerContinuously) {
     const Vec3<float> mixed = (1 - t) * a.raw() + t * b.raw() + 0.01f * a.raw().unitOrthogonal();
     return assume<Direction3<AcquisitionSpace>>(mixed.normalized());
   };
-  const auto largestSteps = [&](uint32_t steps) {
+  const auto stepsOf = [&](uint32_t steps) {
     weights::QueryBatch batch;
     batch.lights = 1;
     for (uint32_t path = 0; path < kPaths; ++path)
@@ -265,15 +277,9 @@ TEST_F(ShadeFittedTables, AnswerContinuously) {
         batch.reached.push_back(0.4f + 4 * t);
       }
     const std::vector<Rgb> radiance = shaded(batch);
-    std::vector<double> largest(kPaths, 0);
-    for (size_t path = 0; path < kPaths; ++path)
-      for (size_t step = 0; step < steps; ++step) {
-        const size_t i = path * (steps + 1) + step;
-        largest[path] = std::max(largest[path], std::abs(double{radiance[i + 1].g} - radiance[i].g));
-      }
-    return largest;
+    return largestSteps(radiance, kPaths, steps);
   };
-  const std::vector<double> coarse = largestSteps(32), fine = largestSteps(128);
+  const std::vector<double> coarse = stepsOf(32), fine = stepsOf(128);
   for (size_t path = 0; path < kPaths; ++path) EXPECT_LT(fine[path], 0.6 * coarse[path] + 1e-3 * model.white);
 }
 
@@ -285,7 +291,7 @@ TEST_F(ShadeFittedTables, AnswerAMapThatTurnsContinuously) {
       {{0.6f, 0, 0.8f}, {1, 1, 1}}, {{0, 1, 0}, {1, 1, 1}}, {{-0.8f, 0, -0.6f}, {1, 1, 1}}};
   const weights::LightTable table = *weights::lightTable(model, shared, weights::LightExtrapolation::fade);
   for (const weights::LightTable* tabulated : {&table, static_cast<const weights::LightTable*>(nullptr)}) {
-    const auto largestSteps = [&](uint32_t steps) {
+    const auto stepsOf = [&](uint32_t steps) {
       weights::QueryBatch batch;
       batch.environments.push_back({lights, {1, 1, 1}, weights::LightExtrapolation::fade, tabulated});
       for (uint32_t path = 0; path < kPaths; ++path)
@@ -299,15 +305,9 @@ TEST_F(ShadeFittedTables, AnswerAMapThatTurnsContinuously) {
           batch.acquisitionFromEnvironment.emplace_back(turn);
         }
       const std::vector<Rgb> radiance = shaded(batch);
-      std::vector<double> largest(kPaths, 0);
-      for (size_t path = 0; path < kPaths; ++path)
-        for (size_t step = 0; step < steps; ++step) {
-          const size_t i = path * (steps + 1) + step;
-          largest[path] = std::max(largest[path], std::abs(double{radiance[i + 1].g} - radiance[i].g));
-        }
-      return largest;
+      return largestSteps(radiance, kPaths, steps);
     };
-    const std::vector<double> coarse = largestSteps(64), fine = largestSteps(256);
+    const std::vector<double> coarse = stepsOf(64), fine = stepsOf(256);
     for (size_t path = 0; path < kPaths; ++path)
       EXPECT_LT(fine[path], 0.6 * coarse[path] + 1e-3 * model.white);
   }
