@@ -54,7 +54,7 @@ public:
   }
 
   using Shows = weights::EnvironmentTables::Shows;
-  // What a view shows at the place: the object if it projects to a texel in a stored block. Views without a
+  // Content of a view at the place: the object if it projects to a texel in a stored block. Views without a
   // file show it wherever it projects.
   Shows showsIn(uint32_t view) {
     const auto& pixel = pixelIn(view);
